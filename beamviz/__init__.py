@@ -6,7 +6,6 @@ Modules that compute or draw are imported on first use, so that `import beamviz`
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from beamviz import hooks
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 from beamviz.errors import (
@@ -86,6 +85,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-hooks.show = lambda *shown, **options: import_module("beamviz.notebook").show(*shown, **options)

@@ -19,19 +19,15 @@ from beamviz.units import Units
 
 
 class Parameter(NamedTuple):
-    """One of the dimensionless numbers of a beam, for every place that describes it.
-
-    label: its name; short_label: its name beside a slider; formula: the paper's definition;
-    limits: the range accepted; slider: usual range and step; hint: its meaning and its effect.
-    """
+    """One of the dimensionless numbers of a beam, for every place that describes it."""
 
     symbol: str
-    label: str
-    short_label: str
-    formula: str
-    limits: tuple[float, float]
-    slider: tuple[float, float, float]
-    hint: str
+    label: str  # its name
+    short_label: str  # its name beside a slider
+    formula: str  # the paper's definition
+    limits: tuple[float, float]  # the range accepted
+    slider: tuple[float, float, float]  # usual range and step
+    hint: str  # its meaning and its effect
 
     @property
     def axis_label(self) -> str:

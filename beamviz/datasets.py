@@ -7,7 +7,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import requires
-from beamviz.protocols import Branch
+from beamviz.frequency_loci.branches import Branch
 from beamviz.units import Units
 from beamviz.version import __version__
 
@@ -22,9 +22,16 @@ LOADS = {"force": "E I / L^2", "shear": "E I / L^2", "moment": "E I / L"}  # of 
 
 def attributes(beam: Beam, model: Mapping[str, Any], units: Units | None) -> dict[str, Any]:
     """The numbers of a beam, its blade and masses as JSON, its model, its units and the version;
-    without None, as in files."""
+    as files hold them."""
     sizes = units.attributes if units else {}
-    return {**beam.attributes, **model, **sizes, "beamviz_version": __version__}
+    return in_files({**beam.attributes, **model, **sizes, "beamviz_version": __version__})
+
+
+def in_files(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes as files in netCDF hold them, which have no None and no truth values: without
+    None, True as 1 and False as 0."""
+    given = {name: value for name, value in attributes.items() if value is not None}
+    return {name: int(v) if isinstance(v, bool) else v for name, v in given.items()}
 
 
 def mode_dataset(

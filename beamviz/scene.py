@@ -255,8 +255,8 @@ class Scene:
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
         """`base` with the values of a link's query (see `parse_query`). Raises InvalidInput."""
         base = base or cls()
-        own = {key for key in query if key in SI_KEYS and key not in STRUCTURE}
-        si = {key: query[key] for key in query if key in SI_KEYS} if own else {}
+        in_si = any(key in SI_KEYS and key not in STRUCTURE for key in query)
+        si = {key: value for key, value in query.items() if in_si and key in SI_KEYS}
         if si:
             physical = PhysicalBeam.of(check_si_table(si, "the link"))
             base = replace(base, beam=Beam.of_physical(physical))

@@ -396,7 +396,7 @@ def bodies(records: Any, length: float) -> tuple[Body, ...]:
     records = list(records)
     if len(records) > MAX_MASSES:
         raise InvalidInput(f"{len(records)} masses: must be at most {MAX_MASSES}")
-    checks = (partial(body, one, f"masses {k}", length) for k, one in enumerate(records, 1))
+    checks = (partial(body, record, f"masses {k}", length) for k, record in enumerate(records, 1))
     return tuple(together(checks))
 
 
@@ -446,8 +446,8 @@ def physical_beam(
     EA = EI * (numbers["mu"] / L) * (numbers["mu"] / L)
     if not all(math.isfinite(value) and value > 0 for value in (m, EI, EA)):
         return None
-    one = (1.0, 1.0)
-    shape = blade or Blade((0.0, 1.0), one, one, one)
+    constant = (1.0, 1.0)
+    shape = blade or Blade((0.0, 1.0), constant, constant, constant)
     E = E if blade is None else None
 
     def row(base: float, relative: Row) -> Row:

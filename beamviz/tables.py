@@ -3,13 +3,15 @@
 import html
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from beamviz.errors import requires
-from beamviz.protocols import Event
 from beamviz.units import Units, usual_measure
+
+if TYPE_CHECKING:  # the table of modes needs no loci
+    from beamviz.frequency_loci.events import Event
 
 Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 MAX_DECIMALS = 9
@@ -36,11 +38,11 @@ def html_table(caption: str, columns: Columns) -> str:
     return f"<table><caption>{html.escape(caption)}</caption>{row('th', columns)}{rows}</table>"
 
 
-def dataframe(kind: type, records: Sequence[Any]) -> Any:
-    """A pandas.DataFrame with a row for each record, and the fields of their kind as columns."""
+def dataframe(columns: Sequence[str], records: Sequence[Any]) -> Any:
+    """A pandas.DataFrame with these columns and a row for each record."""
     with requires("xarray"):
         import pandas
-    return pandas.DataFrame(list(records), columns=list(kind.__annotations__))
+    return pandas.DataFrame(list(records), columns=list(columns))
 
 
 def plural(count: int, noun: str) -> str:
@@ -86,20 +88,21 @@ def mode_columns(modes: Mapping[str, Any], units: Units | None) -> dict[str, Ite
     return columns
 
 
-def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Columns:
+def event_columns(over: str, units: Units | None, events: "Sequence[Event]") -> Columns:
     """The table of the events of loci over a parameter as texts; for a beam in SI with rpm, kg or
-    mm, and Hz."""
+    mm, and Hz. Of a resonance all along a range there are the ends of it."""
+    places = [(event.at, event.until) for event in events]
+    heights = [(event.frequency, event.frequency_until) for event in events]
     columns: dict[str, Iterable[Any]] = {
         "event": [event.name for event in events],
         "branches": [" ".join(event.branches) for event in events],
-        f"at {over}": [f"{event.at:.6f}" for event in events],
+        f"at {over}": [in_range(ends, "{:.6f}") for ends in places],
     }
     if measure := usual_measure(over, units):
-        texts = [f"{measure.factor * event.at:.6g}" for event in events]
-        columns[measure.scale.unit] = texts
-    columns["frequency [1/T*]"] = [f"{event.frequency:.5f}" for event in events]
+        columns[measure.scale.unit] = [in_range(ends, "{:.6g}", measure.factor) for ends in places]
+    columns["frequency [1/T*]"] = [in_range(ends, "{:.5f}") for ends in heights]
     if units:
-        columns["[Hz]"] = [f"{units.hertz(event.frequency):.6g}" for event in events]
+        columns["[Hz]"] = [in_range(ends, "{:.6g}", units.hertz(1.0)) for ends in heights]
     if any(event.kind == "veering" for event in events):
         pairs = [(event, event.kind == "veering") for event in events]
         columns["gap [1/T*]"] = [f"{event.gap:.3g}" if veers else "-" for event, veers in pairs]
@@ -107,3 +110,8 @@ def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Co
             f"{event.index:.3f}" if veers else "-" for event, veers in pairs
         ]
     return columns
+
+
+def in_range(ends: tuple[float, float | None], form: str, factor: float = 1.0) -> str:
+    """A number, or the ends of a range, times a factor: "0 .. 3.2"."""
+    return " .. ".join(form.format(factor * end) for end in ends if end is not None)

@@ -39,10 +39,10 @@ import numpy as np
 from scipy.linalg import eigh
 
 from beamviz import Beam, NotConverged, Ramp, Scene, loci, motion
-from beamviz.benchmark import exudyn_motion
-from beamviz.benchmark import motion as motion_comparison
-from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.work_precision import least_time
+from beamviz.evidence.benchmark import exudyn_motion
+from beamviz.evidence.benchmark import motion as motion_comparison
+from beamviz.evidence.benchmark.external import PEERS
+from beamviz.evidence.benchmark.work_precision import least_time
 from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene
 from beamviz.solver import Solution, solve, solve_many
 

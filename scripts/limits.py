@@ -13,7 +13,7 @@ rho holds the mass: N, V and p step there. At the clamp u = w = theta = v = 0, a
 m = p = 0. Lambda is omega^2 + gamma^2 (in the plane of rotation). The tip's conditions are driven
 to zero by the secant rule; a root is the k-th of its family because its shape has k - 1 nodes.
 The two bending solutions that leave the clamp are made orthonormal after each step, so that their
-growth costs no digits. Scenes may be named; the results are beamviz/benchmark/limits.json.
+growth costs no digits. Scenes may be named; the results are beamviz/evidence/benchmark/limits.json.
 """
 
 import json
@@ -28,12 +28,12 @@ import numpy as np
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
-from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.work_precision import MODES, SCENES
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.evidence.benchmark.external import PEERS
+from beamviz.evidence.benchmark.work_precision import MODES, SCENES
 from beamviz.solver import solve
 
-FILE = _script.ROOT / "beamviz" / "benchmark" / "limits.json"
+FILE = _script.ROOT / "beamviz" / "evidence" / "benchmark" / "limits.json"
 TERMS = 40  # of a Taylor series
 DIGITS, GUARD = 20, 16  # stored, and worked with beyond them
 SHARE = 0.15  # of the radius of convergence in one step: 0.15^40 = 1e-33

@@ -15,9 +15,9 @@ from typing import Any
 
 import _script
 
-from beamviz.benchmark import environment, motion, motion_files, print_progress
-from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.exudyn_motion import missing
+from beamviz.evidence.benchmark import environment, motion, motion_files, print_progress
+from beamviz.evidence.benchmark.external import PEERS
+from beamviz.evidence.benchmark.exudyn_motion import missing
 from beamviz.files import markdown_table, write_files
 from beamviz.version import __version__
 

@@ -19,17 +19,17 @@ from beamviz.blade import Blade, Mass
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Ramp
 from beamviz.errors import NoEquilibrium
+from beamviz.evidence.paper import compute, quantity
+from beamviz.evidence.paper.figures import NODES, PRINTED, PrintedNumber, decimals
+from beamviz.evidence.paper.tables import frequencies_by_label
 from beamviz.files import markdown_table
 from beamviz.frequency_loci import loci
-from beamviz.paper import compute, quantity
-from beamviz.paper.figures import NODES, PRINTED, PrintedNumber, decimals
-from beamviz.paper.tables import frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many
 
 TEST = "tests/solver/test_"
 COMMAND = "python scripts/validation.py > assets/validation.md"
-FILE = "tests/paper/test_validation.py"
+FILE = "tests/evidence/paper/test_validation.py"
 SUMMARY = (
     "Every claim of accuracy this program makes, row by row: a reference, published or computed"
     " independently of this program, and what this program finds, with one digit more. Frequencies"

@@ -1,51 +1,75 @@
 """The layers of the package: imports of every form point down, and the lower layers stay light."""
 
 import ast
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from functools import cache
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files", "version", "hooks"),
+    ("errors", "signals", "files", "version"),
     ("checks",),
     ("blade", "units", "input_files"),
     ("si",),
     ("plausibility",),
     ("beam",),
     ("presets",),
-    ("protocols",),
-    ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),
+    ("tables", "datasets"),  # of results
     ("sweeps",),
-    ("plotting.maps",),
+    ("plotting",),
     ("chart_ranges",),
     ("lessons",),
     ("output",),
-    ("paper", "failure_maps"),
-    ("benchmark",),
     ("server",),
     ("drawing",),
     ("exports",),
     ("explorer",),
     ("notebook",),
+    ("evidence",),
     ("cli",),
     ("__main__", "beamviz"),
 )
-EVIDENCE = ("paper", "failure_maps", "benchmark")  # for charts and tables, not of the product
-INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that uses them
+LATE_IMPORTS = {  # all that point up: methods of results import what they call, as a statement
+    ("solver.solution", "Solution.to_xarray", "datasets"),
+    ("solver.solution", "Solution.plot", "plotting"),
+    ("solver.solution", "Solution.show", "notebook"),
+    ("solver.solution", "Solution._repr_html_", "tables"),
+    ("dynamics.result", "Motion.table", "tables"),
+    ("dynamics.result", "Motion.to_xarray", "datasets"),
+    ("dynamics.result", "Motion.plot", "plotting.motion"),
+    ("dynamics.result", "Motion._repr_html_", "tables"),
+    ("frequency_loci", "Loci.to_xarray", "datasets"),
+    ("frequency_loci", "Loci.events_dataframe", "tables"),
+    ("frequency_loci", "Loci.limits_dataframe", "tables"),
+    ("frequency_loci", "Loci.plot", "plotting.loci"),
+    ("frequency_loci", "Loci._repr_html_", "tables"),
+}
+EVIDENCE_COMMANDS = {("cli.commands", name) for name in ("reproduce", "benchmark", "stability")}
+INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that uses them
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.quadrature", "solver.straight", "solver.bent"),
     },
-    "dynamics": {"solver.constitutive", "solver.fem.elements"},  # strain laws, cubic elements
-    "failure_maps": {"solver.bent"},  # other stable states
+    "dynamics": {  # strain laws; Newton's method and continuation; elements graded towards layers
+        *("solver.constitutive", "solver.continuation", "solver.bent.equilibrium"),
+    },
+    "evidence": {"solver.bent"},  # other stable states
+}
+WHOLE_FOLDERS = {"explorer.features"}  # packages that import each of their modules
+BY_NAME = {  # modules that import by a name, which is not seen unless it is a whole one
+    "beamviz",  # its public names on first use
+    *WHOLE_FOLDERS,
+    *("evidence.benchmark.external", "evidence.benchmark.exudyn_motion"),  # other programs
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}
 LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
@@ -60,39 +84,59 @@ def module_name(path: Path) -> str:
 MODULES = {module_name(path): path for path in sorted((ROOT / "beamviz").rglob("*.py"))}
 
 
-@cache
-def nodes(path: Path) -> list[ast.AST]:
-    """All nodes of the syntax tree of a file."""
-    return [*ast.walk(ast.parse(path.read_text()))]
+class Import(NamedTuple):
+    """An import anywhere in a module: at its top, in a function, for its types, or by its name in a
+    string, as `import_module` and tables of modules have it."""
+
+    module: str
+    scope: str  # the class and function that it is in, as in "Solution.plot"
+    target: str  # a module of the package without "beamviz.", or another package
+    is_statement: bool
+
+    @property
+    def points_up(self) -> bool:
+        return self.target in MODULES and layer(self.target) > layer(self.module)
+
+    @property
+    def is_late(self) -> bool:
+        """Whether it is one of LATE_IMPORTS, and visible as a statement."""
+        return self.is_statement and self[:3] in LATE_IMPORTS
+
+
+def imports(module: str, text: str) -> Iterator[Import]:
+    for node, scope in nodes(ast.parse(text)):
+        for name in imported(node):
+            is_statement = not isinstance(node, ast.Constant)
+            yield Import(module, scope, name.removeprefix("beamviz."), is_statement)
+
+
+def nodes(parent: ast.AST, scope: str = "") -> Iterator[tuple[ast.AST, str]]:
+    """All nodes below another, each with the class and function that it is in."""
+    for node in ast.iter_child_nodes(parent):
+        yield node, scope
+        named = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        yield from nodes(node, f"{scope}.{node.name}".strip(".") if named else scope)
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    """The modules that a node of a syntax tree imports or names."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom):
+        assert not node.level, "a relative import"
+        for alias in node.names:
+            full = f"{node.module}.{alias.name}"
+            yield full if full.removeprefix("beamviz.") in MODULES else str(node.module)
+    elif isinstance(node, ast.Constant) and str(node.value).startswith("beamviz."):
+        yield str(node.value)
 
 
 @cache
-def imports(path: Path) -> set[str]:
-    """Every module a file imports anywhere in it: at its top, in functions, for its types, and by
-    its name in a string, as `import_module` and tables of modules have it."""
-    names = set()
-    for node in nodes(path):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            for alias in node.names:
-                full = f"{node.module}.{alias.name}"
-                inside = full.removeprefix("beamviz.") in MODULES
-                names.add(full if inside else str(node.module))
-        elif isinstance(node, ast.Constant) and str(node.value).startswith("beamviz."):
-            names.add(str(node.value))
-    return names
+def all_imports() -> list[Import]:
+    return [each for name, path in MODULES.items() for each in imports(name, path.read_text())]
 
 
-WHOLE_FOLDERS = {"explorer.features"}  # packages that import each module of their own
-
-
-def own_imports(module: str) -> set[str]:
-    names = {name.removeprefix("beamviz.") for name in imports(MODULES[module])} & set(MODULES)
-    folder = f"{module}." if module in WHOLE_FOLDERS else "-"
-    return names | {name for name in MODULES if name.startswith(folder)}
-
-
+@cache
 def layer(module: str) -> int:
     """The number of the layer of a module, 0 the lowest."""
     named = {name: number for number, names in enumerate(LAYERS) for name in names}
@@ -102,57 +146,55 @@ def layer(module: str) -> int:
     return named[module]
 
 
-def circle(graph: dict[str, set[str]]) -> list[str]:
-    """A circle of modules that import each other; [] where there is none."""
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as error:
-        return error.args[1]
-    return []
-
-
-def names_of(node: ast.expr) -> str:
-    """The last name of what is called."""
-    return getattr(node, "attr", getattr(node, "id", ""))
+def breaches(seen: list[Import]) -> list[Import]:
+    """Imports that point up and are not allowed to."""
+    return [each for each in seen if each.points_up and not each.is_late]
 
 
 def test_imports_point_down():
-    for module in MODULES.keys() - {"beamviz"}:
-        above = [name for name in own_imports(module) if layer(name) > layer(module)]
-        assert above == [], module
+    """But for the methods of results, exactly as LATE_IMPORTS lists them."""
+    assert breaches(all_imports()) == []
+    assert {each[:3] for each in all_imports() if each.points_up} == LATE_IMPORTS
 
 
 def test_no_circle_of_imports():
-    """Of no form; `imports` sees each of them."""
-    assert circle({module: own_imports(module) for module in MODULES}) == []
+    """Of no form, late imports aside."""
+    graph = {module: set() for module in MODULES}
+    for each in all_imports():
+        if each.target in MODULES and each.target != each.module and not each.is_late:
+            graph[each.module].add(each.target)
+    for folder in WHOLE_FOLDERS:
+        graph[folder] |= {name for name in MODULES if name.startswith(f"{folder}.")}
+    TopologicalSorter(graph).prepare()  # raises CycleError, which lists the circle
 
 
 @pytest.mark.parametrize(
     "line",
     [
-        "from beamviz import scene",
-        "import beamviz.scene",
-        "def f():\n    from beamviz.scene import Scene",
-        "if TYPE_CHECKING:\n    from beamviz.scene import Scene",
-        "import_module('beamviz.scene').Scene",
-        "TABLE = {'beamviz.scene': ('Scene',)}",
+        "from beamviz import notebook",
+        "import beamviz.notebook",
+        "from beamviz import show",
+        "from beamviz.notebook import show",
+        "class Solution:\n    def display(self):\n        from beamviz.notebook import show",
+        "class Solution:\n    def show(self):\n        from beamviz.explorer import serve",
+        "class Solution:\n    def show(self):\n        import_module('beamviz.notebook').show()",
+        "def show():\n    from beamviz.notebook import show",
+        "if TYPE_CHECKING:\n    from beamviz.notebook import View",
+        "TABLE = {'beamviz.notebook': ('show',)}",
     ],
 )
-def test_every_form_of_import_is_seen(tmp_path, line):
-    """An import of the layer above by the solver, in each form, is one that points up."""
-    (tmp_path / "module.py").write_text(line)
-    assert "beamviz.scene" in imports(tmp_path / "module.py")
-    below = {name: own_imports(name) for name in ("scene", "beam", "errors")}
-    assert circle({**below, "solver.problem": {"scene"}})
+def test_every_form_of_import_is_seen(line):
+    """An import of a layer above by the solver is refused in each form, also where a method of a
+    result imports another module, or the right one invisibly."""
+    assert breaches([*imports("solver.solution", line)])
 
 
-def test_modules_are_imported_by_a_whole_name():
-    """A name that is put together could not be resolved by `imports`. The package itself imports
-    its public names on first use, from a table of whole names."""
-    for module in MODULES.keys() - {"beamviz"} - WHOLE_FOLDERS:
-        for call in (node for node in nodes(MODULES[module]) if isinstance(node, ast.Call)):
-            if names_of(call.func) in ("import_module", "__import__"):
-                assert isinstance(call.args[0], ast.Constant), f"{module}, line {call.lineno}"
+def test_few_modules_import_by_name():
+    """A name that is put together would not be seen by `imports`."""
+    texts = {name: path.read_text() for name, path in MODULES.items()}
+    assert {
+        n for n, text in texts.items() if re.search("import_module|__import__", text)
+    } == BY_NAME
 
 
 def test_no_attribute_is_made_on_access():
@@ -165,36 +207,34 @@ def test_no_attribute_is_made_on_access():
 
 
 def test_evidence_is_imported_by_its_commands_only():
-    for module in MODULES:
-        seen = {name.partition(".")[0] for name in own_imports(module)} & {*EVIDENCE}
-        assert seen <= {module.partition(".")[0]} or module == "cli.commands", module
+    """Each of which imports its part where it runs, so that no other command loads it."""
+    evidence = [each for each in all_imports() if each.target.startswith("evidence")]
+    users = {each[:2] for each in evidence if not each.module.startswith("evidence")}
+    assert users == EVIDENCE_COMMANDS
 
 
 def test_the_space_needs_no_mechanics():
     """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
     below = {"solver.problem", "solver.constitutive", "solver.solution", "solver.eigen"}
-    for module in MODULES:
-        package, seen = module.partition(".")[0], own_imports(module)
-        if package == "space":
-            above = {name for name in seen if name.startswith(("solver", "mechanics"))}
-            assert above <= below, module
+    for each in all_imports():
+        if each.module.startswith("space") and each.target.startswith(("solver", "mechanics")):
+            assert each.target in below, each
 
 
 def test_the_solver_needs_numpy_and_scipy_only():
-    """Beside the standard library and its own package."""
-    for module, path in MODULES.items():
-        if module.startswith(("space", "mechanics", "solver")):
-            roots = {name.partition(".")[0] for name in imports(path)}
-            assert roots - set(sys.stdlib_module_names) <= {"numpy", "scipy", "beamviz"}, module
+    """Beside the standard library and the package itself."""
+    for each in all_imports():
+        if each.module.startswith("solver") and each.target not in MODULES:
+            root = each.target.partition(".")[0]
+            assert root in {*sys.stdlib_module_names, "numpy", "scipy"}, each
 
 
 def test_the_solver_is_used_through_its_entry_points():
     """Nothing above it imports a method, but where it needs what no solution has."""
-    for module in MODULES:
-        if layer(module) > layer("solver"):
-            seen = {name for name in own_imports(module) if name.startswith("solver.")}
-            parts = INSIDE_THE_SOLVER.get(module.partition(".")[0], set())
-            assert seen <= {"solver.problem", "solver.solution"} | parts, module
+    for each in all_imports():
+        if each.target.startswith("solver.") and layer(each.module) > layer("solver"):
+            parts = INSIDE_THE_SOLVER.get(each.module.partition(".")[0], set())
+            assert each.target in {"solver.problem", "solver.solution"} | parts, each
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,10 @@ import pytest
 import xarray
 from matplotlib.figure import Figure
 
-from beamviz import Beam, Unavailable, __version__, loci, solve, sweep
+from beamviz import Beam, Unavailable, __version__, loci, motion, solve, sweep
 from beamviz.frequency_loci import Loci
+from beamviz.presets import PRESETS
+from beamviz.sweeps import open_sweep
 from beamviz.units import Units
 
 BEAM = Beam(alpha=1, beta=1, gamma=5)
@@ -42,15 +44,25 @@ def test_a_solution_as_a_dataset(coriolis):
 
 
 def test_datasets_can_be_kept_in_netcdf(tmp_path, found):
-    """Also of complex shapes: a file has the values and the attributes of the dataset."""
+    """A file has the values, also of complex shapes, and the attributes of the dataset, which are
+    texts and numbers: the backends of netCDF4 write no truth values, none writes None."""
+    store = tmp_path / "sweep.zarr"
+    blade = PRESETS["tapered-steel-blade"].beam
+    sweep({"gamma": [0, 1], "alpha": [0, 1]}, store, 2, beam=blade, coriolis=True)
     for name, data in {
         "solution": solve(BEAM, coriolis=True).to_xarray(),
+        "solution of a blade": solve(blade).to_xarray(),
         "loci": found.to_xarray(),
+        "motion": motion(BEAM, 0.1, start={"B1": 0.1}).to_xarray(),
+        "sweep": open_sweep(store),
+        "sweep read by xarray": xarray.open_zarr(store, chunks=None),
+        "sweep in memory": sweep({"mu": [20, 30]}, None, 2, method="ancf", elements=3),
     }.items():
         data.to_netcdf(tmp_path / f"{name}.nc")
         with xarray.open_dataset(tmp_path / f"{name}.nc") as kept:
             xarray.testing.assert_equal(kept.load(), data)
             assert dict(kept.attrs) == data.attrs
+        assert {type(value) for value in data.attrs.values()} <= {str, int, float}
 
 
 def test_loci_as_a_dataset_and_tables(found):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from beamviz.paper.tables import COLUMNS, TABLES, compute
+from beamviz.evidence.paper.tables import COLUMNS, TABLES, compute
 
 PICTURE = Path(__file__).with_suffix(".png")
 NAMES = ("ancf", "foac", "linear")

@@ -29,8 +29,9 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
-from beamviz.files import check_suffix, check_writable, json_text
+from beamviz.files import check_suffix, check_writable, json_text, replaced
 from beamviz.solver.problem import Problem
+from beamviz.tables import plural
 from beamviz.units import number_of
 from beamviz.version import __version__
 
@@ -48,6 +49,7 @@ PROCESSES_HELP = (
     " else 1; with --follow, and on other systems than Linux, 1)."
 )
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
+EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
 EXPORT_HELP = (
     "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv,"
     " npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep, a map of the frequency"
@@ -106,6 +108,7 @@ def loci(
     plot: Annotated[
         Path | None, option("Chart to write besides the output.", metavar="FILE.png|svg|pdf")
     ] = None,
+    events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
@@ -115,9 +118,12 @@ def loci(
     --sweep takes the beam, the values and the model from a line of a store.
     """
     from beamviz.frequency_loci import MAX_PER_REV, loci
-    from beamviz.output.loci import LOCI_FORMATS
+    from beamviz.output.loci import LOCI_FORMATS, events_csv
 
-    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "per_rev"])
+    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "events", "per_rev"])
+    if events:
+        check_suffix(events, [".csv"])
+        check_writable(events)
     if plot:
         from beamviz.plotting import SUFFIXES, save_figure
         from beamviz.plotting.loci import draw_chart
@@ -142,6 +148,12 @@ def loci(
     tracked = loci(beam, over, values, modes, per_rev, **options)
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
+    if events:
+        with replaced(events) as part:
+            part.write_text(events_csv(tracked), encoding="utf-8")
+    elif format == "csv" and tracked.events:
+        count = plural(len(tracked.events), "event")
+        print(f"beamviz: {count} found; --events FILE.csv writes a table of them", file=sys.stderr)
     print(LOCI_FORMATS[format](tracked).rstrip("\n"))
 
 
@@ -350,7 +362,7 @@ def reproduce(
     ] = None,
 ) -> None:
     """The paper's tables and figures, beside the numbers its text prints."""
-    from beamviz.paper import ALL, reproduce
+    from beamviz.evidence.paper import ALL, reproduce
 
     print(reproduce(names or [ALL], out))
 
@@ -367,7 +379,7 @@ def benchmark(
     ] = False,
 ) -> None:
     """Speed against accuracy of every method and integrator: charts, and the numbers as JSON."""
-    from beamviz.benchmark import benchmark
+    from beamviz.evidence.benchmark import benchmark
 
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
 
@@ -381,6 +393,6 @@ def stability(
 ) -> None:
     """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands;
     and the stable states of an inward beam, straight or bent."""
-    from beamviz.failure_maps import stability
+    from beamviz.evidence.failure_maps import stability
 
     print(stability(out, quick))

@@ -33,6 +33,7 @@ class Equation:
         self.beam, self.speed = beam, speed
         self.size = beam.size  # of the beam
         self.D = np.zeros((self.size, self.size))  # the damping
+        self.lengths = beam.lengths  # (n,) [L] of a unit of each unknown
 
     def load(self, t: NDArray) -> Load:
         """gamma and gamma' (k,) at times t."""
@@ -107,6 +108,7 @@ class HubEquation(Equation):
     def __init__(self, beam: AnyBeam, inertia: float, torque: Speed):
         super().__init__(beam, torque)
         self.J = inertia
+        self.lengths = np.append(self.lengths, 1.0)
 
     def gamma(self, t: NDArray, v: NDArray) -> NDArray:
         return v[:, -1]

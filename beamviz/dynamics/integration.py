@@ -155,7 +155,7 @@ class Stepper:
             R = self.equation.residual(load, Q, V, A)
             dX = self.solved(R)
             X = X - dX
-            size = h * h * float(np.abs(scheme.D @ dX).max())
+            size = h * h * float((np.abs(scheme.D @ dX) * self.equation.lengths).max())
             rate = min(size / last, 0.5)  # what is left is size times rate / (1 - rate)
             left = size * rate / (1 - rate) if last < math.inf else size
             if left <= self.control.newton_error(h):

@@ -13,7 +13,6 @@ from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
 from beamviz.dynamics.integration import Path
 from beamviz.errors import InvalidInput
-from beamviz.tables import significant_decimals
 
 if TYPE_CHECKING:
     import xarray
@@ -129,6 +128,8 @@ class Motion:
     @property
     def table(self) -> dict[str, list[str]]:
         """The motion at some times, as texts by heading."""
+        from beamviz.tables import significant_decimals
+
         rows = np.unique(np.linspace(0, len(self.t) - 1, TABLE_ROWS).round().astype(int))
         decimals = significant_decimals(self.error)
         return {

@@ -136,8 +136,8 @@ def with_modes(
     rows = grid.at(beam.points)
     slope, slope_rate = (rows @ slopes).T
     _, f, theta = solution.equilibrium.curve(beam.points)
-    angle_rate = slope_rate.imag / f
     moved_f, moved_theta = f + slope.real, theta + slope.imag / f
+    angle_rate = slope_rate.imag / moved_f
     change = beam.nearest(moved_f, moved_theta) - beam.nearest(f, theta)
     return q + change, beam.nearest_rates(moved_f, moved_theta, slope_rate.real, angle_rate)
 

@@ -62,7 +62,8 @@ class BeamPull:
         if not self.offered:
             return
         x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
-        line = np.column_stack([np.interp(x, self.view.shapes.x, one) for one in self.view.line.T])
+        columns = (np.interp(x, self.view.shapes.x, column) for column in self.view.line.T)
+        line = np.column_stack([*columns])
         centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
         placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
         self.scene.set_properties(self.sleeve, **placed)

@@ -24,12 +24,12 @@ Rows = tuple[Cells, ...]
 
 
 class Column(NamedTuple):
-    """A column of a table. key: of the values of SI; positive: whether it must be above 0."""
+    """A column of a table."""
 
-    key: str
+    key: str  # of the SI values
     label: str
     unit: str
-    positive: bool = True
+    positive: bool = True  # its values must be above 0
     optional: bool = False
 
     @property
@@ -52,20 +52,19 @@ MASSES = (
 
 
 class Draft(NamedTuple):
-    """The tables as text, with a cell for each column; root: "" clamped, "0" hinged, or the
-    stiffness of its spring [N m/rad]."""
+    """The tables as text, with a cell for each column."""
 
     stations: Rows
     masses: Rows = ()
-    root: str = ""
+    root: str = ""  # "": clamped, "0": hinged, or the stiffness of a spring [N m/rad]
 
 
 class Wrong(NamedTuple):
-    """What is wrong with a table: in which one, its row and column, -1 for all of it."""
+    """What is wrong with a table."""
 
     table: str
-    row: int
-    column: int
+    row: int  # -1: the whole table
+    column: int  # -1: the whole table
     reason: str
 
 
@@ -219,53 +218,53 @@ def sorted_rows(rows: Rows) -> Rows:
 def wrong_cells(name: str, columns: Sequence[Column], rows: Rows) -> list[Wrong]:
     """The cells of a table that are no value of their column."""
     title = "station" if name == "stations" else "mass"
-    found = []
+    wrong = []
     for i, row in enumerate(rows):
         for k, (column, text) in enumerate(zip(columns, row, strict=True)):
             try:
                 cell_value(column, text)
             except InvalidInput as error:
                 shown = text.strip() or "nothing"
-                found.append(
+                wrong.append(
                     Wrong(name, i, k, f"{title} {i + 1}, {column.head} = {shown}: {error}")
                 )
-    return found
+    return wrong
 
 
 def wrong_order(rows: Rows) -> list[Wrong]:
     """The positions of stations that are below the one before. They stay where they are typed: a
     mistyped one would else be in another row."""
-    found = []
+    wrong = []
     for i, ((before, *_), (here, *_)) in enumerate(pairwise(rows), 1):
         if is_number(before) and is_number(here) and number_of(here) < number_of(before):
             reason = f"below that of station {i}, {before}: correct it, or sort the stations"
             text = f"station {i + 1}, {STATIONS[0].head} = {here}: {reason}"
-            found.append(Wrong("stations", i, 0, text))
-    return found
+            wrong.append(Wrong("stations", i, 0, text))
+    return wrong
 
 
 def wrong_entries(draft: Draft) -> list[Wrong]:
     """What is wrong in the tables, cell by cell, and with positions."""
-    found = wrong_cells("stations", STATIONS, draft.stations)
-    found += wrong_cells("masses", MASSES, draft.masses)
+    wrong = wrong_cells("stations", STATIONS, draft.stations)
+    wrong += wrong_cells("masses", MASSES, draft.masses)
     flap = [bool(row[-1].strip()) for row in draft.stations]
     if any(flap) and not all(flap):
         missing = flap.index(False)
         reason = "give it at every station, or at none where it is EI"
         head = STATIONS[-1].head
         text = f"station {missing + 1}, {head} = nothing: {reason}"
-        found.append(Wrong("stations", missing, len(STATIONS) - 1, text))
-    found += wrong_order(draft.stations)
-    if not found and (first := number_of(draft.stations[0][0])) > 0:
+        wrong.append(Wrong("stations", missing, len(STATIONS) - 1, text))
+    wrong += wrong_order(draft.stations)
+    if not wrong and (first := number_of(draft.stations[0][0])) > 0:
         reason = "must be 0, at the root; the distance from the axis to the root is the hub radius"
-        found.append(Wrong("stations", 0, 0, f"station 1, position [m] = {first:g}: {reason}"))
+        wrong.append(Wrong("stations", 0, 0, f"station 1, position [m] = {first:g}: {reason}"))
     if draft.root:
         try:
             cell_value(Column("root", "root", "N m/rad", positive=False), draft.root)
         except InvalidInput as error:
             text = f"stiffness of the root [N m/rad] = {draft.root}: {error}"
-            found.append(Wrong("root", -1, -1, text))
-    return found
+            wrong.append(Wrong("root", -1, -1, text))
+    return wrong
 
 
 def beam_of(draft: Draft, before: PhysicalBeam) -> Beam:
@@ -340,7 +339,7 @@ def column_values(
 def mass_values(row: Cells) -> dict[str, Any]:
     """A row of the table of masses as values of SI."""
     mass, position, *inertia = (cell_value(*pair) for pair in zip(MASSES, row, strict=True))
-    return {"mass": mass, "position": position, "inertia": [one or 0.0 for one in inertia]}
+    return {"mass": mass, "position": position, "inertia": [moment or 0.0 for moment in inertia]}
 
 
 # Edits

@@ -49,7 +49,7 @@ def viewpoint(
     farther = stepped(distance, STEP, up=True)
     target = farther * np.round(np.divide(fit.look_at, distance), TARGET_DIGITS)
     position = target + farther * np.subtract(fit.position, fit.look_at) / distance
-    return Camera(*(tuple(np.round(one, 9).tolist()) for one in (position, target)))
+    return Camera(*(tuple(np.round(point, 9).tolist()) for point in (position, target)))
 
 
 def stepped(value: float, step: float, *, up: bool = False) -> float:
@@ -60,18 +60,15 @@ def stepped(value: float, step: float, *, up: bool = False) -> float:
 
 @dataclass(frozen=True)
 class Transition:
-    """An eased change of the view, also between the stationary and the rotating frame.
-
-    start, end: the cameras; shares: of the rotating frame at the start and the end, 0 .. 1; angle:
-    of the hub [rad], at most half a turn at the start and continuous after it, so that the floor
-    turns back the shorter way; elapsed: time [s] since the start.
-    """
+    """An eased change of the view, also between the stationary and the rotating frame."""
 
     start: Camera
     end: Camera
-    shares: tuple[float, float]
+    shares: tuple[float, float]  # of the rotating frame at the start and the end, 0 .. 1
+    # Of the hub [rad]: at most half a turn at the start and continuous after it, so that the floor
+    # turns back the shorter way.
     angle: float = 0.0
-    elapsed: float = 0.0
+    elapsed: float = 0.0  # time since the start [s]
 
     def advanced(self, elapsed: float, angle: float) -> Self | None:
         """After `elapsed` [s], with the hub at an angle [rad]; None at its end."""

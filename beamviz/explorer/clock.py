@@ -24,19 +24,16 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """A moment. angle: of the hub [rad]; phases: of the modes of the beam (m,) [rad]; other_phases:
-    of those of the second beam, which began as the choice `compared` was made; grown: the exponent
-    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*];
-    transition: of the view, None without one."""
+    """A moment of what the scene shows."""
 
-    angle: float = 0.0
-    phases: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    other_phases: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    compared: tuple[object, ...] = ()
-    grown: float = EXPONENT
-    moment: float = 0.0
-    film: Film | None = None
-    transition: Transition | None = None
+    angle: float = 0.0  # of the hub [rad]
+    phases: np.ndarray = field(default_factory=lambda: np.zeros(0))  # of the modes (m,) [rad]
+    other_phases: np.ndarray = field(default_factory=lambda: np.zeros(0))  # of the second beam's
+    compared: tuple[object, ...] = ()  # the choices with which the second beam's modes began
+    grown: float = EXPONENT  # exponent of the fastest growth, 0 .. EXPONENT + HELD
+    moment: float = 0.0  # of `film` [T*]
+    film: Film | None = None  # the computed motion
+    transition: Transition | None = None  # of the view
 
     def begun_again(self) -> Self:
         """With every mode at its full displacement, and growth at its full size."""
@@ -119,4 +116,4 @@ def suitable_rate(rates: Sequence[float] | np.ndarray, gamma: float, units: Unit
     unit = units.time if units else 1.0
     best = unit * playback_rate(np.asarray(rates, float), gamma)
     power = 10.0 ** math.floor(math.log10(best))
-    return power * min(ROUND, key=lambda one: abs(math.log(one * power / best))) / unit
+    return power * min(ROUND, key=lambda digit: abs(math.log(digit * power / best))) / unit

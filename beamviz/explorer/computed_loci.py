@@ -20,6 +20,7 @@ from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
+from beamviz.solver.problem import MAX_MODES
 
 AT = 1e-7  # of the range: distance of a beam that is at an event
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
@@ -35,15 +36,14 @@ AXES = {name: PARAMETERS[name].short_label for name in ("gamma", "alpha", "beta"
 
 @dataclass(frozen=True)
 class ChartRequest:
-    """The loci to compute. beam: its number `over` is the start of the range; options: keywords of
-    `solve`; per_rev: the largest multiple of the speed for resonances."""
+    """The loci to compute."""
 
-    beam: Beam
+    beam: Beam  # its number `over` is `start`
     over: str
     start: float
     stop: float
-    options: dict[str, Any]
-    per_rev: int = 0
+    options: dict[str, Any]  # keywords of `solve`
+    per_rev: int = 0  # the largest multiple of the speed for resonances
 
     @classmethod
     def around(cls, case: Case, over: str, per_rev: int = 0) -> Self:
@@ -67,25 +67,20 @@ class ChartRequest:
     def chart(self) -> "Chart":
         """The chart. Raises the errors of `loci`."""
         values = np.linspace(self.start, self.stop, CHART_POINTS)
-        found = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
-        x = np.union1d(values, [event.at for event in found.events])
-        pairs = [event for event in found.events if not event.per_rev]
-        names = {event: names_of_event(found, event) for event in pairs}
-        return Chart(self, x, lines_of(found, x), found.events, found.limits, names)
+        computed = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
+        x = np.union1d(values, [event.at for event in computed.events])
+        pairs = [event for event in computed.events if not event.per_rev]
+        names = {event: names_of_event(computed, event) for event in pairs}
+        return Chart(self, x, lines_of(computed, x), computed.events, computed.limits, names)
 
 
 class Line(NamedTuple):
-    """A branch of loci as a line, at values x (n,) of the axis.
-
-    frequency: (n,) in units of 1/T*, nan where it has none. mode: (n,) index at the nearest value
-    solved for, -1 where the branch is not among the modes. runs: of one family and name of the
-    mode, as index of the first point and of the last, family and name; consecutive runs share a
-    point, so that lines have no gaps.
-    """
+    """A branch of loci as a line, at values x (n,) of the axis."""
 
     label: str
-    frequency: np.ndarray
-    mode: np.ndarray
+    frequency: np.ndarray  # (n,) in units of 1/T*, nan where it has none
+    # First point, last point, family and name of the mode of each part in which these two are the
+    # same; consecutive parts share a point, so that lines have no gaps.
     runs: list[tuple[int, int, str, str]]
 
     def name_at(self, k: int) -> str:
@@ -96,18 +91,14 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Loci as lines, without the solutions: those of a blade take megabytes.
-
-    x: values of the axis (n,), of the loci and of the events. located: events and resonances.
-    names: those of the modes of each event, but of resonances, whose names are those of the lines.
-    """
+    """Loci as lines, without the solutions: those of a blade take megabytes."""
 
     request: ChartRequest
-    x: np.ndarray
+    x: np.ndarray  # values of the axis (n,): of the loci and of the events
     lines: list[Line]
-    located: tuple[Event, ...]
+    located: tuple[Event, ...]  # events and resonances
     limits: tuple[Limit, ...]
-    names: dict[Event, tuple[str, ...]]
+    names: dict[Event, tuple[str, ...]]  # of the modes of each event that is no resonance
 
     @cached_property
     def events(self) -> dict[str, Event]:
@@ -123,31 +114,36 @@ class Chart:
         return {key: event for key, event in self.events.items() if event.kind in kinds}
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
-        """Resonances with these multiples of the speed by key: multiple, branch and a count."""
-        shown = (event for event in self.located if event.per_rev in multiples)
+        """Resonances at a speed, with these multiples of it, by key: multiple, branch and a
+        count."""
+        events = (event for event in self.located if event.until is None)
+        shown = (event for event in events if event.per_rev in multiples)
         return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
+
+    def resonances_along(self, multiples: Sequence[int]) -> list[Event]:
+        """Resonances of loci that lie on the line of one of these multiples of the speed."""
+        events = (event for event in self.located if event.until is not None)
+        return [event for event in events if event.per_rev in multiples]
 
     def event_at(self, value: float) -> str:
         """The key of the event or resonance at a value of the axis, "" where there is none."""
         near = AT * (self.request.stop - self.request.start)
         places = self.events | self.resonances_at(PER_REV)
-        distance = {key: abs(one.at - value) for key, one in places.items()}
+        distance = {key: abs(event.at - value) for key, event in places.items()}
         nearest = min(distance, key=distance.__getitem__, default="")
         return nearest if nearest and distance[nearest] <= near else ""
 
     def modes_of(self, event: Event) -> tuple[int, ...]:
-        """The modes (from 0) of an event."""
-        k = self.index_of(event)
-        modes = {line.label: int(line.mode[k]) for line in self.lines}
-        return tuple(modes[label] for label in event.branches if modes.get(label, -1) >= 0)
+        """The modes (from 0) of an event, also those above the modes asked for."""
+        return tuple(sorted({mode for mode in event.modes if mode < MAX_MODES}))
 
     def names_of(self, event: Event) -> list[str]:
         """The names of the modes of an event or a resonance there, stretching modes first."""
-        found = self.names.get(event)
-        if found is None:
+        names = self.names.get(event)
+        if names is None:
             k = self.index_of(event)
-            found = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
-        return sorted(set(found), key=lambda name: (name[0] != "S", name))
+            names = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
+        return sorted(set(names), key=lambda name: (name[0] != "S", name))
 
     def index_of(self, event: Event) -> int:
         """The index in x of the value nearest to an event."""
@@ -161,34 +157,33 @@ class Chart:
     def top(self) -> float:
         """End of the frequency axis: a round number in display units, just above all loci."""
         factor = self.request.measures[1].factor
-        found = np.concatenate([line.frequency for line in self.lines])
-        largest = 1.03 * factor * np.max(found, initial=0.0, where=np.isfinite(found)) or 1.0
+        omegas = np.concatenate([line.frequency for line in self.lines])
+        largest = 1.03 * factor * np.max(omegas, initial=0.0, where=np.isfinite(omegas)) or 1.0
         power = 10.0 ** math.floor(math.log10(largest))
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
 
-def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
+def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
     """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
     a value take a solve: a run with the same name at both ends is taken to have one name."""
-    lines, takes_solve = [], found.problem.gyroscopic
-    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
-    nearest = abs(x[:, None] - found.values).argmin(axis=1)
-    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
+    lines, takes_solve = [], computed.problem.gyroscopic
+    before = np.maximum(np.searchsorted(computed.values, x, "right") - 1, 0).tolist()
+    names = cache(lambda k: names_of_branches(computed, float(computed.values[k])))
 
     def name_at(label: str, i: int) -> str:
         return names(before[i]).get(label, label)
 
-    for branch in branches or found.branches:
-        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
+    for branch in branches or computed.branches:
+        y, name = np.interp(x, computed.values, branch.frequency), partial(name_at, branch.label)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [(one, None if takes_solve else name(i)) for i, one in enumerate(family)]
+        kinds = [(kind, None if takes_solve else name(i)) for i, kind in enumerate(family)]
         cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
-            if own := family[start]:
+            if kind := family[start]:
                 parts = one_name(name, start, stop)
-                runs += [(first, min(end, len(x) - 1), own, name(first)) for first, end in parts]
-        lines.append(Line(branch.label, y, branch.mode_index[nearest], runs))
+                runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
+        lines.append(Line(branch.label, y, runs))
     return lines
 
 
@@ -202,11 +197,11 @@ def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[in
 
 def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     """Records with names by their names and a count from 1."""
-    counts, found = Counter[str](), {}
+    counts, records = Counter[str](), {}
     for name, record in named:
         counts[name] += 1
-        found[f"{name} {counts[name]}"] = record
-    return found
+        records[f"{name} {counts[name]}"] = record
+    return records
 
 
 # Data for the page
@@ -231,8 +226,8 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
     along, across = request.measures
     lines = []
     if second:
-        own = {"second": True, "at": page.sent(along.factor * second.x)}
-        lines = [line | own for line in lines_data(second.lines, across.factor)]
+        second_line = {"second": True, "at": page.sent(along.factor * second.x)}
+        lines = [line | second_line for line in lines_data(second.lines, across.factor)]
     return {
         "name": f"Frequencies over {along.label}",
         "message": message,
@@ -254,29 +249,41 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
     lines = data["lines"] + lines_data(chart.lines, across.factor)
-    own_marks = marks(chart, multiples)
+    bands, own_marks = bands_data(chart, multiples), marks(chart, multiples)
+    band_keys = [{"style": "line band", "text": "resonance along a per-rev line"}] if bands else []
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
         "at": page.sent(along.factor * chart.x),
-        "lines": lines,
+        "lines": [*bands, *lines],
         "gaps": [
-            [*(float(along.factor * x) for x in (one.start, one.stop)), FAILURES[one.kind]]
-            for one in chart.limits
+            [*(float(along.factor * x) for x in (limit.start, limit.stop)), FAILURES[limit.kind]]
+            for limit in chart.limits
         ],
         "marks": own_marks,
-        "keys": page.keys(lines, own_marks),
+        "keys": [*page.keys(lines, own_marks), *band_keys],
     }
+
+
+def bands_data(chart: Chart, multiples: Sequence[int]) -> list[Data]:
+    """The resonances along lines of multiples of the speed as wide lines behind the loci."""
+    along, across = chart.request.measures
+    bands = []
+    for one in chart.resonances_along(multiples):
+        x = np.array([one.at, one.until])
+        ends = {"at": page.sent(along.factor * x), "y": page.sent(across.factor * one.per_rev * x)}
+        bands.append({"label": "", **ends, "runs": [[0, 1, "band", ""]]})
+    return bands
 
 
 def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
     places = {**chart.events, **chart.resonances_at(multiples)}
-    found = []
-    for key, one in places.items():
-        force = f" with {one.per_rev} per revolution" if one.per_rev else ""
-        name = f"{one.kind} of {' and '.join(chart.names_of(one))}{force}"
-        text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
+    data = []
+    for key, event in places.items():
+        force = f" with {event.per_rev} per revolution" if event.per_rev else ""
+        name = f"{event.kind} of {' and '.join(chart.names_of(event))}{force}"
+        text = f"{name}: {along.text(event.at, 4)}, {across.text(event.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
-        found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
-    return found
+        data.append(page.mark(key, event.kind, axes, (event.at, event.frequency), text, **action))
+    return data

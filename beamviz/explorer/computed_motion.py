@@ -33,12 +33,11 @@ MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has
 
 
 class Obstacle(NamedTuple):
-    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any.
-    of_beam: the same is true of every experiment with this beam and model."""
+    """Why a motion cannot be computed."""
 
     reason: str
-    remedy: str = ""
-    of_beam: bool = True
+    remedy: str = ""  # a button (HTML) that removes the reason, if any
+    of_beam: bool = True  # no experiment with this beam and model can be computed
 
 
 class MotionRequest(NamedTuple):
@@ -50,24 +49,24 @@ class MotionRequest(NamedTuple):
 
     @classmethod
     def of(cls, case: Case, experiment: Experiment) -> Self:
-        """That of a case. Raises InvalidInput for a number out of range."""
+        """The request for a case. Raises InvalidInput for a number out of range."""
         names = (*MODEL, "plane", "stiffening", "softening")
         return cls(case.beam, tuple((name, case.options[name]) for name in names), experiment)
 
     @property
     def obstacle(self) -> "Obstacle | None":
-        """What a motion has not; None if it can be computed."""
-        options, own, units = dict(self.options), self.experiment, self.beam.units
+        """The first reason why this motion cannot be computed; None if it can."""
+        options, experiment, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
             return Obstacle(
                 "A motion in time is computed for a uniform clamped beam with at most one mass.",
                 page.button("Make it uniform, as at the root", data_do="blade.uniform"),
             )
-        if own.body != "stays" and own.body_at > own.until:
+        if experiment.body != "stays" and experiment.body_at > experiment.until:
             return Obstacle(
-                f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
-                f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
-                " earlier time.",
+                f"The mass is {experiment.body} at {time_text(experiment.body_at, units)}, after"
+                f" the end of the motion at {time_text(experiment.until, units)}: make the motion"
+                " longer, or choose an earlier time.",
                 of_beam=False,
             )
         if options["plane"] != "chordwise":
@@ -94,27 +93,28 @@ class MotionRequest(NamedTuple):
         """The motion. Raises the errors of `motion`, and Cancelled."""
         if obstacle := self.obstacle:
             raise InvalidInput(obstacle.reason)
-        beam, own = self.beam, self.experiment
-        options = {name: one for name, one in self.options if name in MODEL}
+        beam, experiment = self.beam, self.experiment
+        options = {name: value for name, value in self.options if name in MODEL}
         given: dict[str, Any] = {
-            **own.arguments,
-            "speed": own.speed(beam.gamma),
+            **experiment.arguments,
+            "speed": experiment.speed(beam.gamma),
             "tolerance": TOLERANCE,
-            "points": min(math.ceil(POINTS * own.until) + 1, MOST_POINTS),
+            "points": min(math.ceil(POINTS * experiment.until) + 1, MOST_POINTS),
         }
-        found = motion(beam, **given, **options, progress=Progress(own.until))
+        result = motion(beam, **given, **options, progress=MotionProgress(experiment.until))
         second: LinearMotion | str = ""
-        if own.unstiffened:
+        if experiment.unstiffened:
             try:
-                second = motion_without_stiffening(beam, **given, progress=Progress(own.until))
+                progress = MotionProgress(experiment.until)
+                second = motion_without_stiffening(beam, **given, progress=progress)
             except BeamvizError as error:
                 second = error_text(error, beam)
-        return Computed(self, found, second)
+        return Computed(self, result, second)
 
 
-class Progress:
-    """Tells how far a motion is, which is computed several times, with finer steps: the part done
-    grows with each of them."""
+class MotionProgress:
+    """Reports the progress of a motion to its job. It is computed an unknown number of times, with
+    ever finer steps; the fraction done after n of them is taken to be 1 - 1 / 2^n."""
 
     def __init__(self, until: float):
         self.until, self.runs, self.last = until, 0, 0.0
@@ -127,25 +127,27 @@ class Progress:
 
 
 class Computed:
-    """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
-    shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
-    of each; film: what the scene plays."""
+    """A computed motion, its spectrum and the frequencies of the modes at its end.
 
-    def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
-        self.request, self.motion, self.second = request, found, second
+    second: the motion without stiffening, or the reason why there is none, "" where none is asked
+    for; since: the time [T*] from which on the spectrum is taken; modes: label, family and
+    frequency [1/T*] of each; film: what the scene plays.
+    """
+
+    def __init__(self, request: MotionRequest, result: Motion, second: LinearMotion | str):
+        self.request, self.motion, self.second = request, result, second
         self.beam, self.experiment = request.beam, request.experiment
-        shapes = MotionShapes(found)
+        shapes = MotionShapes(result)
         other = None if isinstance(second, str) else MotionShapes(second)
         units = self.beam.units
-        rate = suitable_rate(dominant_frequency(found), float(abs(found.gamma).max()), units)
-        rate = max(rate, float(found.t[-1]) / LONGEST)
-        self.film = Film(drawn_beam(found), shapes, other, rate, found.has_mass)
-        self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
-        self.spectrum = found.spectrum(self.since)
-        options = {name: one for name, one in request.options if name in MODEL}
+        rate = suitable_rate(dominant_frequency(result), float(abs(result.gamma).max()), units)
+        rate = max(rate, float(result.t[-1]) / LONGEST)
+        self.film = Film(drawn_beam(result), shapes, other, rate, result.has_mass)
+        self.since = self.experiment.event if self.experiment.event < 0.7 * result.t[-1] else 0.0
+        self.spectrum = result.spectrum(self.since)
+        options = {name: value for name, value in request.options if name in MODEL}
         try:
-            last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
+            last = self.experiment.last_beam(self.beam, float(result.gamma[-1]))
             modes = solve(last, modes=LINES, coriolis=True, **options)
             known = np.isfinite(modes.frequencies)
             self.modes = [
@@ -190,19 +192,18 @@ def is_before(inputs: Inputs) -> bool:
 
 
 class PullRequest(NamedTuple):
-    """A beam that is held, and where. number: of the hold, as what was shown of an earlier one is
-    not shown again."""
+    """A beam that the visitor pulls, and how."""
 
     beam: Beam
-    options: tuple[tuple[str, Any], ...]
-    at: float
-    deflection: float
-    number: int
+    options: tuple[tuple[str, Any], ...]  # of `pulled`
+    at: float  # the point x that is pulled
+    deflection: float  # of the point [L]
+    number: int  # of the pull: an answer to an earlier one is not shown again
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """That of a state in which the beam is held. Raises InvalidInput for a number out of
-        range."""
+        """The request for a state in which the beam is pulled. Raises InvalidInput for a number out
+        of range."""
         hold = state.hold
         assert hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
@@ -244,6 +245,6 @@ def film_of(
 
 
 def played_reads(inputs: Inputs, film: Film, moment: float) -> tuple[Any, ...]:
-    """What the picture of a motion at a moment [T*] depends on, besides that without it."""
+    """What the picture of a motion at a moment [T*] depends on, besides the picture without it."""
     diverged = film.diverged is not None and moment >= film.diverged
     return inputs.state.view, inputs.scale, film.has_body(moment), diverged

@@ -18,16 +18,13 @@ SWITCH = (False, True)  # the values of a choice that is on or off
 
 @dataclass(frozen=True)
 class Key:
-    """How links have a choice. name: the key; read: returns the choice for its value in a link, as
-    TOML has it, or raises InvalidInput; write: returns the value, or its text, for a choice;
-    is_table: the value has entries, each of which is valid or not alone; is_long: it is left out
-    where a link has no room for it."""
+    """The key under which links have a choice."""
 
     name: str
-    read: Callable[[Any], Any]
-    write: Callable[[Any], Any] = lambda value: value
-    is_table: bool = False
-    is_long: bool = False
+    read: Callable[[Any], Any]  # the choice for a value of TOML; raises InvalidInput
+    write: Callable[[Any], Any] = lambda value: value  # the value, or its text, for a choice
+    is_table: bool = False  # the value has entries, each of which is checked alone
+    is_long: bool = False  # it is left out where the link would be too long
 
 
 def switch_key(name: str) -> Key:
@@ -57,25 +54,21 @@ def count_key(name: str, most: int) -> Key:
 
 @dataclass(frozen=True, eq=False)
 class Choice(Generic[T]):
-    """A choice of the visitor.
+    """A choice of the visitor."""
 
-    name: that of its controls (data-set="name"), unique in the page; usual: the value at first;
-    values: what its controls choose from; () for one that its feature binds itself; key: how links
-    have it, None if they do not; undo: "changes" it, or "keeps" it as it is, as no choice about the
-    scene, or "ends" it, as it is under way; until: the names of the values whose change ends it,
-    after which it is the usual one: fields of the state, or "scene" for another scene.
-    """
-
-    name: str
-    usual: T
-    values: Collection[T] = ()
-    key: Key | None = None
+    name: str  # of its controls (data-set="name"), unique in the page
+    usual: T  # the value at first
+    values: Collection[T] = ()  # that its controls choose from; () where its feature binds them
+    key: Key | None = None  # in links; None where they do not have it
+    # What undo does: "changes" it; "keeps" it, where it is not about the scene; or "ends" it, where
+    # it is under way.
     undo: Undo = "changes"
+    # Names of fields of the state, or "scene": a change of one of them resets it to `usual`.
     until: tuple[str, ...] = ()
 
     def picked(self, value: object, present: T) -> T:
         """The one of `values` that a control sent, as itself or as text; `present` for another."""
-        return {str(one): one for one in self.values}.get(str(value), present)
+        return {str(known): known for known in self.values}.get(str(value), present)
 
     @property
     def sent(self) -> type:
@@ -98,14 +91,12 @@ def choices_of(record: type[Any]) -> dict[str, Choice[Any]]:
 
 
 class Tab(NamedTuple):
-    """A tab: its name, its place among the others, in ascending order, its content (HTML), which a
-    feature may replace by `html("tab-<key>", ...)`, and the jobs that its first result waits for,
-    which follow each other."""
+    """A tab of the page."""
 
     name: str
-    place: int
-    content: str = ""
-    waits_for: tuple[str, ...] = ()
+    place: int  # tabs are in ascending order of their places
+    content: str = ""  # HTML; a feature may replace it by `html("tab-<key>", ...)`
+    waits_for: tuple[str, ...] = ()  # the jobs, in their order, that its first result takes
 
     @property
     def key(self) -> str:
@@ -129,8 +120,8 @@ def features() -> Iterator[type[Declared]]:
 
 def tabs() -> dict[str, Tab]:
     """The tabs of all features by key, in their order."""
-    found = (kind.tab for kind in features() if kind.tab)
-    return {tab.key: tab for tab in sorted(found, key=lambda tab: tab.place)}
+    declared = (kind.tab for kind in features() if kind.tab)
+    return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
 
 
 def tab_named(key: str) -> str:

@@ -16,25 +16,25 @@ from beamviz.scene import check_bool, inline_toml
 STOP = 0.1  # [T*] in which a hub stops dead
 
 
-class Range(NamedTuple):
-    """Limits of a number, and the ends and the step of its slider."""
+class SliderRange(NamedTuple):
+    """The range of a number of an experiment."""
 
     limits: tuple[float, float]
-    slider: tuple[float, float, float]
+    slider: tuple[float, float, float]  # its ends and its step
 
 
 RANGES = {
-    "pull": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
-    "pull_at": Range((0.05, 1.0), (0.05, 1.0, 0.001)),  # at the clamp a force moves nothing
-    "B1": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
-    "B2": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
-    "B3": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
-    "within": Range((0.1, 60.0), (0.5, 30.0, 0.5)),
-    "torque": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
-    "inertia": Range((0.01, 1000.0), (0.05, 5.0, 0.05)),
-    "body_at": Range((0.05, 60.0), (0.5, 30.0, 0.5)),
-    "damping": Range((0.0, 0.2), (0.0, 0.05, 0.001)),
-    "until": Range((0.5, 60.0), (2.0, 40.0, 1.0)),
+    "pull": SliderRange((-50.0, 50.0), (-5.0, 5.0, 0.05)),
+    "pull_at": SliderRange((0.05, 1.0), (0.05, 1.0, 0.001)),  # at the clamp a force moves nothing
+    "B1": SliderRange((-0.5, 0.5), (-0.3, 0.3, 0.005)),
+    "B2": SliderRange((-0.5, 0.5), (-0.3, 0.3, 0.005)),
+    "B3": SliderRange((-0.5, 0.5), (-0.3, 0.3, 0.005)),
+    "within": SliderRange((0.1, 60.0), (0.5, 30.0, 0.5)),
+    "torque": SliderRange((-50.0, 50.0), (-5.0, 5.0, 0.05)),
+    "inertia": SliderRange((0.01, 1000.0), (0.05, 5.0, 0.05)),
+    "body_at": SliderRange((0.05, 60.0), (0.5, 30.0, 0.5)),
+    "damping": SliderRange((0.0, 0.2), (0.0, 0.05, 0.001)),
+    "until": SliderRange((0.5, 60.0), (2.0, 40.0, 1.0)),
 }
 START_MODES = ("B1", "B2", "B3")  # that a motion may start in
 ALTERNATIVES = {
@@ -59,52 +59,44 @@ ALTERNATIVES = {
 
 @dataclass(frozen=True)
 class Experiment:
-    """A motion to compute, but for the beam.
+    """A motion to compute, but for the beam. Raises InvalidInput."""
 
-    start: how it begins; pull: force across the beam that holds it until t = 0 [E I / L^2];
-    pull_at: its place; B1, B2, B3: amplitudes of these modes [L]; hub: how the hub turns; within:
-    the time [T*] in which it speeds up; torque: on a free hub [E I / L], and inertia of that
-    [rho A L^3]; body: what happens to the mass, and body_at: when [T*]; damping: ratio of all
-    modes; until: the end [T*]; unstiffened: the theory without stiffening beside it. Raises
-    InvalidInput.
-    """
-
-    start: str = "pulled"
-    pull: float = 1.0
-    pull_at: float = 1.0
-    B1: float = 0.1
+    start: str = "pulled"  # a key of ALTERNATIVES["start"]
+    pull: float = 1.0  # force across the beam that holds it until t = 0 [E I / L^2]
+    pull_at: float = 1.0  # the point x of the force
+    B1: float = 0.1  # amplitude of the mode at the start [L]
     B2: float = 0.0
     B3: float = 0.0
-    hub: str = "constant"
-    within: float = 10.0
-    torque: float = 1.0
-    inertia: float = 0.5
-    body: str = "stays"
-    body_at: float = 5.0
-    damping: float = 0.005
-    until: float = 20.0
-    unstiffened: bool = False
+    hub: str = "constant"  # a key of ALTERNATIVES["hub"]
+    within: float = 10.0  # time in which the hub speeds up [T*]
+    torque: float = 1.0  # on a free hub [E I / L]
+    inertia: float = 0.5  # of a free hub [rho A L^3]
+    body: str = "stays"  # a key of ALTERNATIVES["body"]: what happens to the mass
+    body_at: float = 5.0  # when it happens [T*]
+    damping: float = 0.005  # ratio, of all modes
+    until: float = 20.0  # the end [T*]
+    unstiffened: bool = False  # the theory without stiffening is computed beside it
 
     def __post_init__(self) -> None:
-        for name, own in RANGES.items():
-            object.__setattr__(self, name, check_float(name, getattr(self, name), *own.limits))
+        for name, allowed in RANGES.items():
+            object.__setattr__(self, name, check_float(name, getattr(self, name), *allowed.limits))
         for name, choices in ALTERNATIVES.items():
             check_choice(name, getattr(self, name), choices)
         check_bool("unstiffened", self.unstiffened)
 
     @classmethod
     def of(cls, values: Any) -> Self:
-        """That of a table of a link. Raises InvalidInput."""
+        """The experiment that a table of a link describes. Raises InvalidInput."""
         values = values if isinstance(values, Mapping) else {"": values}
         check_keys(values, tuple(cls.__dataclass_fields__), "motion")
         return cls(**values)
 
     @property
     def text(self) -> str:
-        """What is not as usual, as an inline table of TOML."""
+        """The values that differ from the usual ones, as an inline table of TOML."""
         usual = asdict(PULLED)
-        own = {name: one for name, one in asdict(self).items() if one != usual[name]}
-        return inline_toml(own)
+        changes = {name: value for name, value in asdict(self).items() if value != usual[name]}
+        return inline_toml(changes)
 
     def changed(self, name: str, value: Any) -> Self:
         """With one value as a browser sent it: numbers are clamped, an invalid one is ignored."""

@@ -20,14 +20,12 @@ from beamviz.explorer.visitor import Visitor
 
 
 class Part(NamedTuple):
-    """A part of the page. reads: returns its readings, what the part depends on, of a snapshot;
-    shows: returns the contents of the page for the readings, and depends on nothing else; ids: of
-    its elements, and the keys of its controls. `shows` is called again when one of the readings is
-    another object, or, of the types PLAIN, has another value."""
+    """A part of the page: a function of its readings of a snapshot. The function is called again
+    when one of the readings is another object, or, of the types PLAIN, has another value."""
 
-    reads: Callable[[Snapshot], tuple[Any, ...]]
-    shows: Callable[..., Content]
-    ids: Collection[str]
+    reads: Callable[[Snapshot], tuple[Any, ...]]  # the readings: all that the part depends on
+    shows: Callable[..., Content]  # the contents of the page for the readings
+    ids: Collection[str]  # of its elements, and the keys of its controls
 
     def content(self, *reading: Any) -> Content:
         """The contents of the page for what was read. They name all elements of the part, also
@@ -89,11 +87,11 @@ def progress(jobs: Collection[JobStatus]) -> str:
 def cancelled(jobs: Iterable[JobStatus]) -> str:
     """What is said (HTML) of those jobs that were cancelled: their names, and a button that
     computes the visitor's own again; "" for none."""
-    found = [job for job in jobs if job.cancelled]
-    if not found:
+    stopped = [job for job in jobs if job.cancelled]
+    if not stopped:
         return ""
-    text = f"cancelled: {', '.join(job.name for job in found)}"
-    return text + ("" if all(job.led for job in found) else RETRY)
+    text = f"cancelled: {', '.join(job.name for job in stopped)}"
+    return text + ("" if all(job.led for job in stopped) else RETRY)
 
 
 def waiting(id: str, tab: Tab) -> Part:

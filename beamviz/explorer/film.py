@@ -71,15 +71,13 @@ class HeldShapes:
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """A motion to play. beam: its numbers; shapes: of the motion; second: of the one without
-    stiffening, drawn beside it; rate: the time [T*] per second on the screen that suits it;
-    has_body: whether the mass is on the beam at a time."""
+    """A motion to play."""
 
     beam: Beam
     shapes: PlayedShapes
-    second: PlayedShapes | None
-    rate: float
-    has_body: Callable[[float], bool]
+    second: PlayedShapes | None  # of the motion without stiffening, drawn beside it
+    rate: float  # suitable time [T*] per second on the screen
+    has_body: Callable[[float], bool]  # whether the mass is on the beam at a time [T*]
 
     @property
     def until(self) -> float:

@@ -130,7 +130,7 @@ class FrameLoop:
             session.close()
             self.last = session if self.access.framed else None
             if session is self.presenter:
-                others = [one for one in self.sessions.values() if one.visitor.presents]
+                others = [other for other in self.sessions.values() if other.visitor.presents]
                 self.presenter = others[-1] if others else None
                 self.wake_followers()
 

@@ -22,10 +22,10 @@ from beamviz.solver import interruption
 
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 2  # threads for charts and maps, which take 5 to 140 MB each
-LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
+LATE = 0.25  # [s] after which the page says that a result is outdated
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
-PENDING = object()  # a request that follows from an answer to come
+PENDING = object()  # stands for a request that will follow from an answer that is not there yet
 
 log = RateLimitedLog(__name__)
 
@@ -54,7 +54,7 @@ class WorkerPool:
         self.waiting.put(work)
 
     def run(self) -> None:
-        """Run work until the pool is closed."""
+        """Computation work until the pool is closed."""
         while (work := self.waiting.get()) and not self.closed:
             work()
             del work  # it refers to a visitor, who may leave
@@ -110,23 +110,19 @@ class Answer(Generic[Q, R]):
 
 
 class JobStatus(NamedTuple, Generic[Q, R]):
-    """A job at one moment. answer: the last one, None before the first; busy: a request is being
-    computed; late, slow: for LATE and PATIENCE seconds the last answer has not been that to the
-    latest request; seconds: for how long, 0 unless slow; done: the fraction computed, 0 where
-    unknown; note: its progress in words; latest: the last request, None before the first and while
-    one is expected; led: it is that of a presenter, which the visitor can neither cancel nor
-    repeat."""
+    """A job at one moment. Its last answer is outdated while that is not the answer to the latest
+    request."""
 
     name: str
-    answer: Answer[Q, R] | None
-    busy: bool
-    late: bool
-    slow: bool
-    seconds: int
-    done: float
-    note: str
-    latest: Q | None = None
-    led: bool = False
+    answer: Answer[Q, R] | None  # the last one; None before the first
+    busy: bool  # a request is being computed
+    late: bool  # the answer has been outdated for LATE seconds
+    slow: bool  # the answer has been outdated for PATIENCE seconds
+    seconds: int  # for which it has been outdated; 0 unless slow
+    done: float  # fraction computed; 0 where unknown
+    note: str  # progress in words
+    latest: Q | None = None  # request; None before the first, and while the next is not known yet
+    led: bool = False  # a presenter's job, which the visitor can neither cancel nor repeat
 
     @property
     def result(self) -> R | None:
@@ -144,35 +140,30 @@ def percentage(jobs: Iterable[JobStatus[Any, Any]]) -> str:
 
 
 @dataclass(eq=False)
-class Run(Generic[Q]):
-    """A computation. request: what is computed, the latest one when it begins; started: when it
-    began [s], before that when it was submitted; replaced: when another request became the latest,
-    None before that; done: the fraction computed, 0 where unknown; note: its progress in words."""
+class Computation(Generic[Q]):
+    """The computation of a request; times in seconds of the monotonic clock."""
 
-    request: Q
-    started: float
-    replaced: float | None = None
-    done: float = 0.0
-    note: str = ""
+    request: Q  # the latest request at the start
+    started: float  # when it began; until then when it was submitted
+    replaced: float | None = None  # when another request became the latest
+    done: float = 0.0  # fraction computed; 0 where unknown
+    note: str = ""  # progress in words
 
 
 class Job(Generic[Q, R]):
     """Computes the latest request of one visitor and skips those before it.
 
     name: of the result, for messages; compute: returns the result of a request, on a worker thread;
-    ready: called after each answer. answer: the last one, None before the first; latest: the last
-    request, None before the first and while one is expected; run: the computation under way, None
-    without one; since: when the last answer ceased to be that to the latest request, None while it
-    is.
+    ready: called after each answer.
     """
 
     def __init__(self, name: str, compute: Callable[[Q], R], submit: Submit, ready: Callback):
         self.name, self.compute, self.submit, self.ready = name, compute, submit, ready
         self.lock = threading.RLock()
-        self.latest: Q | None = None
-        self.answer: Answer[Q, R] | None = None
-        self.run: Run[Q] | None = None
-        self.since: float | None = None
+        self.latest: Q | None = None  # request; None while the next one is not known yet
+        self.answer: Answer[Q, R] | None = None  # the last one
+        self.run: Computation[Q] | None = None  # under way
+        self.since: float | None = None  # [s] when `answer` ceased to be that to `latest`
         self.closed = False
 
     @property
@@ -255,10 +246,10 @@ class Job(Generic[Q, R]):
     def begin(self) -> None:
         """Submit the latest request, to run in a context of its own."""
         assert self.latest is not None
-        self.run = Run(self.latest, time.monotonic())
+        self.run = Computation(self.latest, time.monotonic())
         self.submit(partial(copy_context().run, self.perform, self.run))
 
-    def perform(self, run: Run[Q]) -> None:
+    def perform(self, run: Computation[Q]) -> None:
         """Compute the latest request, then the next one if there is one by then."""
         if not self.is_needed(run):
             return
@@ -274,7 +265,7 @@ class Job(Generic[Q, R]):
                 self.begin()
         self.ready()
 
-    def is_needed(self, run: Run[Q]) -> bool:
+    def is_needed(self, run: Computation[Q]) -> bool:
         """Whether there is something to compute in a run, which is the latest request then: those
         before it are skipped."""
         with self.lock:
@@ -286,7 +277,7 @@ class Job(Generic[Q, R]):
             run.request, run.replaced, run.started = self.latest, None, time.monotonic()
             return True
 
-    def check(self, run: Run[Q], done: float | None = None) -> None:
+    def check(self, run: Computation[Q], done: float | None = None) -> None:
         """Store the fraction `done` of a run. Raises Cancelled if the visitor has cancelled it, or
         has made another request and it has taken OUTDATED seconds."""
         outdated = run.replaced and time.monotonic() > run.started + OUTDATED

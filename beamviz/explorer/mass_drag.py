@@ -106,7 +106,7 @@ def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) 
     sight = sight / length
     line = np.column_stack([np.interp(COORDINATES, x, column) for column in points.T]) - eye
     seen = line - np.outer(line @ sight, sight)  # projected along the line of sight
-    size, seen_size = (np.linalg.norm(np.diff(one, axis=0), axis=1).sum() for one in (line, seen))
+    size, seen_size = (np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in (line, seen))
     if seen_size < PARALLEL * size:
         return None
     return float(COORDINATES[np.linalg.norm(seen, axis=1).argmin()])

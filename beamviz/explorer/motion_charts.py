@@ -19,13 +19,13 @@ WIDER = 1.1  # than to the highest frequency of a mode
 DECADES = 4  # of amplitude in the spectrum
 
 
-def strip_data(found: Computed) -> Data:
+def strip_data(computed: Computed) -> Data:
     """The deflection of the tip over time."""
-    along, tip = times(found.units), found.motion.tip[:, 1]
-    across = lengths("deflection of the tip", "y", found.units)
+    along, tip = times(computed.units), computed.motion.tip[:, 1]
+    across = lengths("deflection of the tip", "y", computed.units)
     low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
     low, high = (low, high) if high > low else (-1e-3, 1e-3)
-    margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
+    margin = (0.6 if not isinstance(computed.second, str) else 0.08) * (high - low)
     lines: list[Data] = [
         {
             "label": "tip",
@@ -34,25 +34,25 @@ def strip_data(found: Computed) -> Data:
         }
     ]
     gaps = []
-    if not isinstance(found.second, str):
-        other = found.second.tip[:, 1]
+    if not isinstance(computed.second, str):
+        other = computed.second.tip[:, 1]
         lines.append(
             {
                 "label": "",
                 "second": True,
-                "at": page.sent(along.factor * found.second.t),
+                "at": page.sent(along.factor * computed.second.t),
                 "y": page.sent(across.factor * other),
                 "runs": [[0, len(other) - 1, "stretching", UNSTIFFENED]],
             }
         )
-        if found.film.diverged is not None:
-            ends = along.factor * found.film.diverged, along.factor * found.film.until
+        if computed.film.diverged is not None:
+            ends = along.factor * computed.film.diverged, along.factor * computed.film.until
             gaps.append([*map(float, ends), f"{UNSTIFFENED}: diverged"])
     return {
         "name": "Deflection of the tip over time",
-        "x": page.axis_data(along, (0.0, found.film.until)),
+        "x": page.axis_data(along, (0.0, computed.film.until)),
         "y": page.axis_data(across, (low - margin, high + margin)),
-        "at": page.sent(along.factor * found.motion.t),
+        "at": page.sent(along.factor * computed.motion.t),
         "lines": lines,
         "gaps": gaps,
         "keys": [
@@ -62,11 +62,11 @@ def strip_data(found: Computed) -> Data:
     }
 
 
-def spectrum_data(found: Computed) -> Data:
+def spectrum_data(computed: Computed) -> Data:
     """The spectrum of the deflection of the tip, with the frequencies of the modes as lines."""
-    along, across = frequencies(found.units), lengths("amplitude", "a", found.units)
-    frequency, amplitude = found.spectrum
-    highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
+    along, across = frequencies(computed.units), lengths("amplitude", "a", computed.units)
+    frequency, amplitude = computed.spectrum
+    highest = max((omega for _, _, omega in computed.modes), default=float(frequency[-1]))
     inside = (frequency > 0) & (frequency <= WIDER * highest)
     frequency, amplitude = frequency[inside], amplitude[inside]
     top = float(amplitude.max(initial=0.0)) or 1.0
@@ -74,11 +74,11 @@ def spectrum_data(found: Computed) -> Data:
     lines = [
         {
             "label": label,
-            "at": page.sent(along.factor * np.array([one, one * (1 + 1e-9)])),
+            "at": page.sent(along.factor * np.array([omega, omega * (1 + 1e-9)])),
             "y": page.sent(across.factor * np.array([ends[0], 10 * ends[1]])),
             "runs": [[0, 1, f"{family} dashed", label]],
         }
-        for label, family, one in found.modes
+        for label, family, omega in computed.modes
     ]
     amplitude = np.maximum(amplitude, 0.1 * ends[0])
     lines.append(
@@ -101,31 +101,31 @@ def spectrum_data(found: Computed) -> Data:
     }
 
 
-def notes(found: Computed, before: bool) -> str:
+def notes(computed: Computed, before: bool) -> str:
     """What the charts show, in words; before: the motion is that before the last change."""
-    units = found.units
-    distance, error = float(abs(found.motion.tip[:, 1]).max()), found.motion.error
+    units = computed.units
+    distance, error = float(abs(computed.motion.tip[:, 1]).max()), computed.motion.error
     known = length_text(error, units, 1)
     far = f"at most {length_text(distance, units, 4)} aside, known to {known}"
     if distance < error:
         far = f"less than {known} aside"
     tip = "Before the last change the tip was" if before else "The tip is"
     text = f"<p>{tip} {far}.</p>"
-    if isinstance(found.second, str):
-        text += page.note(found.second)
-    elif found.film.diverged is not None:
+    if isinstance(computed.second, str):
+        text += page.note(computed.second)
+    elif computed.film.diverged is not None:
         text += page.note(
-            f"The theory without stiffening diverges: at {time_text(found.film.diverged, units)}"
+            f"The theory without stiffening diverges: at {time_text(computed.film.diverged, units)}"
             " its tip is displaced by the length of the beam. The beam itself goes on."
         )
     else:
         text += "<p>The theory without stiffening does not diverge in this time.</p>"
-    own = found.experiment
-    if found.since:
-        text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"
+    experiment = computed.experiment
+    if computed.since:
+        text += f"<p>The spectrum is that of the motion after {time_text(computed.since, units)}"
         text += ", with the frequencies that the beam has then.</p>"
-    elif own.hub == "torque" and own.event:
+    elif experiment.hub == "torque" and experiment.event:
         text += "<p>The frequencies are those at the speed that is reached in the end.</p>"
-    elif own.event:
+    elif experiment.event:
         text += "<p>The frequencies are those at the end; make the motion longer to see them.</p>"
     return text

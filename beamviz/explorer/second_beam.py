@@ -6,12 +6,11 @@ from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 
 
 class ComparisonCase(NamedTuple):
-    """A case to compare the beam with, its title, and the choice that it is made by; without a case
-    the title is the reason."""
+    """A case to compare the beam with."""
 
-    title: str = ""
+    title: str = ""  # of the second beam; without a case the reason why there is none
     case: Case | None = None
-    choice: str = NO_COMPARISON
+    choice: str = NO_COMPARISON  # that the case follows from
 
 
 KEEP = "Keep this beam, then change it"  # label of the button

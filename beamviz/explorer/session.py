@@ -14,6 +14,7 @@ A move of a slider becomes a picture at these stations:
 
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from viser import CameraHandle
@@ -181,7 +182,9 @@ class Session:
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs; where that is postponed, let them
         expect it."""
-        wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
+        wanted: dict[str, Any] = {}
+        for feature in self.features:
+            wanted |= feature.wanted(snapshot)
         for name, job in self.visitor.jobs.items():
             request = wanted.get(name)
             if name not in wanted:

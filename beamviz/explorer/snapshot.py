@@ -20,27 +20,20 @@ from beamviz.explorer.view import Picture
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What a snapshot is made of: state, answers and clock of a visitor at one moment.
-
-    answer: to the latest case solved, None before the first; second: to the case that it was
-    compared with then, which is `comparison`; jobs: the status of each background job, by its name;
-    clock: the moment of the motion; aspect: width over height of the scene in the page; covered:
-    fraction of half its height that the page covers below; scale: [pixels per beam length] of its
-    picture; undo, redo: whether there is a step; is_led: it is that of a presenter.
-    """
+    """What a snapshot is made of: state, answers and clock of a visitor at one moment."""
 
     state: State
-    answer: SolverAnswer | None
-    second: SolverAnswer | None
+    answer: SolverAnswer | None  # to the latest case solved; None before the first
+    second: SolverAnswer | None  # to `comparison`, solved with it
     comparison: ComparisonCase
-    jobs: Mapping[str, JobStatus]
-    clock: Clock
-    aspect: float
-    covered: float
-    scale: float
-    undo: bool
+    jobs: Mapping[str, JobStatus]  # background jobs, by name
+    clock: Clock  # the moment of the motion
+    aspect: float  # width over height of the scene in the page
+    covered: float  # fraction of half the height of the scene that the page covers below
+    scale: float  # of the picture [pixels per beam length]
+    undo: bool  # there is a step to undo
     redo: bool
-    is_led: bool = False
+    is_led: bool = False  # all but viewpoint and tab are those of a presenter
 
     @property
     def beam(self) -> Beam | None:
@@ -85,15 +78,15 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Snapshot(Inputs):
-    """One moment of a visitor's session. picture: what the scene shows of it."""
+    """One moment of a visitor's session."""
 
-    picture: Picture
+    picture: Picture  # what the scene shows of it
 
     @classmethod
     def of(cls, inputs: Inputs, picture: Picture) -> Self:
         """The snapshot of a visitor's inputs, of which the scene shows a picture."""
         return cls(
-            **{one.name: getattr(inputs, one.name) for one in fields(Inputs)}, picture=picture
+            **{field.name: getattr(inputs, field.name) for field in fields(Inputs)}, picture=picture
         )
 
     def lateness(self, *names: str) -> str:

@@ -15,7 +15,7 @@ from beamviz.drawing.text import (
     stretch_caution,
 )
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium, to_keep
-from beamviz.explorer.jobs import Answer, Callback, Job, Run, Workers
+from beamviz.explorer.jobs import Answer, Callback, Computation, Job, Workers
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.solver import Solution, solve
@@ -103,7 +103,7 @@ class SolveJob(Job[Cases, Solved]):
         else:
             self.on_thread(work)
 
-    def check(self, run: Run[Cases], done: float | None = None) -> None:
+    def check(self, run: Computation[Cases], done: float | None = None) -> None:
         """Raise Cancelled also in a frame, after the time LONGEST: then a thread begins again."""
         if self.is_quick and time.monotonic() > run.started + LONGEST:
             self.seconds = math.inf

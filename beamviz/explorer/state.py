@@ -42,8 +42,8 @@ from beamviz.units import Units
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
-# View options that are the visitor's own: no undo sets them, and of links only one to a moment of a
-# motion, which stands there.
+# View options that neither undo nor a link changes, but for a link to a moment of a motion, which
+# pauses it.
 LASTING = ("playing", "dark")
 STEPS = 200  # that can be undone
 BETA_DIGITS = 3  # of a position in the hand: finer than a pointer
@@ -60,13 +60,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Case:
-    """The numbers of a beam as entered, which may be out of range, and the keywords of `solve`; the
-    number of modes only in `State.shown_case`, as it depends on those that the view shows. units,
-    blade, masses, root: those of the beam."""
+    """A beam and its model as entered: a number may be out of range."""
 
     numbers: dict[str, Any]
+    # Keywords of `solve`; `modes` only in `State.shown_case`, as it depends on those shown.
     options: dict[str, Any]
-    units: Units | None = None
+    units: Units | None = None  # these four as in `Beam`
     blade: Blade | None = None
     masses: tuple[Mass, ...] = ()
     root: float = math.inf
@@ -146,10 +145,10 @@ class Case:
 
 
 class Refused(NamedTuple):
-    """An entry of a field that was refused: the key of the field, the text typed, the reason."""
+    """An entry of a field that was refused."""
 
-    key: str
-    entry: str
+    key: str  # of the field
+    entry: str  # the text typed
     reason: str
 
 
@@ -158,16 +157,13 @@ Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the e
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A body in the visitor's hand. sight: the line of sight that it is moved to; offset:
-    distance [beam lengths] along the beam from the centre of the body to the point where it was
-    picked up; body: its index in `Beam.masses`, None for the concentrated mass; held: the pointer
-    still holds it, else it is only moved under the pointer once more. The beam's frame keeps its
-    place in the scene meanwhile."""
+    """A body that the visitor drags. The beam's frame keeps its place in the scene meanwhile."""
 
-    sight: Ray
+    sight: Ray  # the line of sight that the body is moved to
+    # Distance [L] along the beam from the centre of the body to the point where it was picked up.
     offset: float
-    body: int | None = None
-    held: bool = True
+    body: int | None = None  # index in `Beam.masses`; None for the concentrated mass
+    held: bool = True  # by the pointer; False: the body is only moved under it once more
 
     def position(self, x: float) -> float:
         """The position, on the beam, of a body whose point in the hand is at the coordinate x."""
@@ -181,14 +177,12 @@ class Grip:
 
 
 class Hold(NamedTuple):
-    """The beam in the visitor's hand: the point at which it is held, and its deflection [L]; held:
-    the pointer still holds it, else it is let go of as soon as the force is known; number: another
-    one each time it is taken."""
+    """The beam while the visitor pulls it."""
 
-    at: float
-    deflection: float
-    held: bool = True
-    number: int = 0
+    at: float  # the point x that is pulled
+    deflection: float  # of the point [L]
+    held: bool = True  # by the pointer; False: the beam is released as soon as the force is known
+    number: int = 0  # of the pull, different for each
 
 
 def read_lesson(name: Any) -> str:
@@ -225,13 +219,13 @@ class State:
     last_alpha: float = field(default=1.0, metadata=KEEPS)  # of the last beam that had a mass
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None  # a fixed viewpoint; None to fit the beam into the page
-    # The viewpoint to which the visitor has turned the view since; None where they have not.
+    # The viewpoint to which the visitor has turned the view since then; None where they have not.
     turned: Camera | None = field(default=None, metadata=KEEPS)
 
     # Lessons
 
     lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))  # "" for none
-    # That before the first of the lessons, to which leaving them returns.
+    # The state before the first of the lessons, to which leaving them returns.
     before_lesson: "State | None" = None
     met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)  # whose challenge is met
 
@@ -263,8 +257,8 @@ class State:
     )
     # The scene shows the response to the force.
     forced_response: bool = field(default=False, metadata=choice(key=switch_key("response")))
-    # The speed during a run-up, 0 until that is computed, in place of the beam's own, of which an
-    # edit ends it; None without one.
+    # The speed during a run-up, shown in place of the beam's; 0 until the run-up is computed, None
+    # without one. An edit of the beam ends it.
     run_speed: float | None = field(default=None, metadata=ENDS)
 
     # The motion in time
@@ -275,12 +269,12 @@ class State:
     )
     # The scene shows it.
     in_motion: bool = field(default=False, metadata=choice(key=switch_key("moving")))
-    # At which it stands, or from which it is to go on [T*]; None while it goes on.
+    # At which the motion is paused, or from which it is to continue [T*]; None while it plays.
     moment: float | None = field(
         default=0.0,
         metadata=choice(key=number_key("moment", 0.0, RANGES["until"].limits[1]), undo="keeps"),
     )
-    # Time [T*] that passes in a second on the screen, if locked; None if it suits what is shown.
+    # Time [T*] that passes in a second on the screen, if locked; None: chosen for what is shown.
     rate: float | None = field(
         default=None, metadata=choice(key=Key("rate", read_rate, write_rate))
     )
@@ -289,7 +283,7 @@ class State:
 
     # The open tab, "" for the first.
     tab: str = field(default="", metadata=choice(key=Key("tab", read_tab, write_tab), undo="keeps"))
-    # That which a presenter had open last; the visitor may have opened another one since.
+    # The tab that a presenter had open last; the visitor may have opened another one since.
     presented_tab: str = field(default="", metadata=KEEPS)
     # A presenter is followed.
     following: bool = field(default=False, metadata=choice(values=SWITCH, undo="ends"))
@@ -301,8 +295,8 @@ class State:
 
     # What the page says of the last edit
 
-    refused: Refused | None = field(default=None, metadata=ENDS)  # the last entry that was
-    replaced: str = field(default="", metadata=ENDS)  # that it has replaced the visitor's own scene
+    refused: Refused | None = field(default=None, metadata=ENDS)  # the last refused entry
+    replaced: str = field(default="", metadata=ENDS)  # notice that the visitor's scene is replaced
 
     # The visitor's browser
 
@@ -353,16 +347,16 @@ class State:
         """The state without lessons: that before them while one is open."""
         return self.before_lesson or self
 
-    def restored(self, found: Self) -> Self:
+    def restored(self, step: Self) -> Self:
         """An earlier or later state, in which what is no choice about the scene is as it is now,
         and nothing is under way."""
         lasting = {name: getattr(self.view, name) for name in LASTING}
-        own = {name: getattr(self, name) for name, one in SHARED.items() if one.undo == "keeps"}
-        ended = {name: one.usual for name, one in SHARED.items() if one.undo == "ends"}
-        chosen = {one: value for one, value in found.chosen.items() if one.undo == "changes"}
-        chosen |= {one: value for one, value in self.chosen.items() if one.undo == "keeps"}
-        view = replace(found.view, **lasting)
-        return replace(found, view=view, chosen=chosen, **own, **ended)
+        kept = {key: getattr(self, key) for key, choice in SHARED.items() if choice.undo == "keeps"}
+        ended = {key: choice.usual for key, choice in SHARED.items() if choice.undo == "ends"}
+        chosen = {key: value for key, value in step.chosen.items() if key.undo == "changes"}
+        chosen |= {key: value for key, value in self.chosen.items() if key.undo == "keeps"}
+        view = replace(step.view, **lasting)
+        return replace(step, view=view, chosen=chosen, **kept, **ended)
 
     def __getitem__(self, choice: Choice[T]) -> T:
         """The value of a choice, of the state or of a feature."""
@@ -380,12 +374,12 @@ class State:
                 return state
             (other,) = {*AXES} - {choice.name}
             return replace(state, **{other: getattr(self, choice.name)})
-        chosen = {one: own for one, own in self.chosen.items() if one is not choice}
+        chosen = {other: kept for other, kept in self.chosen.items() if other is not choice}
         return replace(self, chosen=chosen if value == choice.usual else chosen | {choice: value})
 
     def ended(self, name: str) -> Self:
         """Without the choices of features that last until this value changes."""
-        chosen = {one: value for one, value in self.chosen.items() if name not in one.until}
+        chosen = {key: value for key, value in self.chosen.items() if name not in key.until}
         return replace(self, chosen=chosen)
 
     @property
@@ -412,25 +406,25 @@ class State:
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. The beam is fitted into the page again
         where it would leave the picture; a switched term keeps the case before for comparison."""
-        own = self.with_viewpoint(None) if name in REFITTED else self
+        fitted = self.with_viewpoint(None) if name in REFITTED else self
         if name in VIEW_KEYS:
-            view = own.view.changed(name, value)
+            view = fitted.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            return replace(own, view=view)
+            return replace(fitted, view=view)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
-                return replace(own, per_rev=check_per_rev(value))
-            return own
+                return replace(fitted, per_rev=check_per_rev(value))
+            return fitted
         if name in SHARED:
             choice = SHARED[name]
-            state = own.with_choice(choice, choice.picked(value, own[choice])).ended(name)
+            state = fitted.with_choice(choice, choice.picked(value, fitted[choice])).ended(name)
             if name == "comparison":
                 return replace(state, kept_by_edit=False)
             return state.without_run_up() if name == "force_per_rev" else state
         if (case := self.case.changed(name, value)) is self.case:
             return self
-        kept = own.keep_for_comparison() if name in TERMS else own
+        kept = fitted.keep_for_comparison() if name in TERMS else fitted
         state = replace(kept, case=case, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
 
@@ -485,11 +479,11 @@ class State:
         if "case" in differing:
             differing |= different(self.case.values, other.case.values)
         of_features = {
-            one.name
-            for one in {*self.chosen, *other.chosen}
-            if one.undo == "changes" and self[one] != other[one]
+            choice.name
+            for choice in {*self.chosen, *other.chosen}
+            if choice.undo == "changes" and self[choice] != other[choice]
         }
-        unchanged = {name for name, one in SHARED.items() if one.undo != "changes"}
+        unchanged = {name for name, choice in SHARED.items() if choice.undo != "changes"}
         return differing - {"case", "view", "chosen", *LASTING} - unchanged | of_features
 
     def keep(self) -> Self:
@@ -514,7 +508,9 @@ class State:
 
 def different(some: Mapping[str, Any], others: Mapping[str, Any]) -> set[str]:
     """The names of `some` values that differ from those of the same names."""
-    return {name for name, one in some.items() if one is not others[name] and one != others[name]}
+    return {
+        name for name, value in some.items() if value is not others[name] and value != others[name]
+    }
 
 
 SHARED = choices_of(State)  # that are fields of the state, by name

@@ -28,12 +28,11 @@ THIS = "this beam"
 
 
 class Compared(NamedTuple):
-    """The choices by which there is a second beam. comparison: its kind; kept: the case kept for
-    it; stacked: it is above the first."""
+    """The choices by which there is a second beam."""
 
-    comparison: str = NO_COMPARISON
-    kept: Case | None = None
-    stacked: bool = False
+    comparison: str = NO_COMPARISON  # its kind
+    kept: Case | None = None  # the case kept for it
+    stacked: bool = False  # it is drawn above the first
 
 
 NOT_COMPARED = Compared()
@@ -41,24 +40,17 @@ NOT_COMPARED = Compared()
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What the scene shows, but for the moment of its motion.
+    """What the scene shows, but for the moment of its motion."""
 
-    modes: of the beam; drawn: how it moves in them; force: frequency [1/T*] of a force that drives
-    it, None if it vibrates freely; film: a computed motion that is played instead; second: the beam
-    compared with, None if none is drawn; partner: the mode of the first for each of its modes, -1
-    where none corresponds; compared: the choices by which it was chosen; stacked: it is above the
-    first; held: the beam's frame stays at its place.
-    """
-
-    modes: SampledModes
-    drawn: DrawnBeam
-    force: float | None = None
-    second: DrawnBeam | None = None
-    partner: np.ndarray | None = None
-    compared: Compared = NOT_COMPARED
-    stacked: bool = False
-    held: bool = False
-    film: Film | None = None
+    modes: SampledModes  # of the beam
+    drawn: DrawnBeam  # how the beam moves in its modes
+    force: float | None = None  # frequency [1/T*] of a force that drives it; None: it is free
+    second: DrawnBeam | None = None  # the beam compared with
+    partner: np.ndarray | None = None  # for each mode of the second: the first's (-1: none)
+    compared: Compared = NOT_COMPARED  # the choices by which there is a second
+    stacked: bool = False  # the second is above the first
+    held: bool = False  # the beam's frame stays at its place, as a body is dragged
+    film: Film | None = None  # a computed motion that is played instead of modes
 
     @property
     def driven(self) -> bool:
@@ -259,7 +251,7 @@ class SceneView:
         own, as one that would cover another is moved down; the warning is above the scene."""
         views = [self.others.get(True), self.scene, self.others.get(False)]
         texts = [caption for view in views if view for caption in view.captions]
-        return [one for one in texts if one is not self.beam.warning]
+        return [caption for caption in texts if caption is not self.beam.warning]
 
 
 def fitted_clock(clock: Clock, picture: Picture) -> Clock:

@@ -100,9 +100,9 @@ class Visitor:
         with self.lock:
             before = self.state
             state = edit(before)
-            own = replaced and self.history.past and state.differences(before)
+            replaces = replaced and self.history.past and state.differences(before)
             state = state.with_fields(
-                replaced=replaced if own else "",
+                replaced=replaced if replaces else "",
                 following=state.following and not before.following,
                 refused=refused_after(before, state),
             )
@@ -172,15 +172,15 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            own = self.inputs()
-            self.shown = own.jobs
+            inputs = self.inputs()
+            self.shown = inputs.jobs
         if led is None:
-            return own
+            return inputs
         answers = {name: getattr(led, name) for name in ("answer", "second", "comparison")}
         jobs = {name: job._replace(led=True) for name, job in led.jobs.items()}
-        jobs |= {name: own.jobs[name] for name in self.own_jobs}
+        jobs |= {name: inputs.jobs[name] for name in self.own_jobs}
         self.shown = MappingProxyType(jobs)
-        return replace(own, **answers, jobs=self.shown, is_led=True)
+        return replace(inputs, **answers, jobs=self.shown, is_led=True)
 
     def inputs(self) -> Inputs:
         """The inputs of this moment."""
@@ -303,13 +303,13 @@ def option_of(name: str, state: State) -> Any:
     return state.case.options[name]
 
 
-def following(own: State, led: State) -> State:
+def following(state: State, led: State) -> State:
     """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
-    tab = own.tab if own.presented_tab == led.tab else led.tab
-    kept = {name: getattr(own, name) for name in ("camera", "reserved", "still", "met")}
-    same_frame = own.view.rotating_frame == led.view.rotating_frame
+    tab = state.tab if state.presented_tab == led.tab else led.tab
+    kept = {name: getattr(state, name) for name in ("camera", "reserved", "still", "met")}
+    same_frame = state.view.rotating_frame == led.view.rotating_frame
     values = kept | {
-        "turned": own.turned if same_frame else None,
+        "turned": state.turned if same_frame else None,
         "tab": tab,
         "presented_tab": led.tab,
         "following": True,

@@ -11,7 +11,13 @@ from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
 from beamviz.frequency_loci.branches import Branch, Part, branches_at
-from beamviz.frequency_loci.events import EVENT_KINDS, Event, Tracked, locate_events
+from beamviz.frequency_loci.events import (
+    EVENT_COLUMNS,
+    EVENT_KINDS,
+    Event,
+    Tracked,
+    locate_events,
+)
 from beamviz.frequency_loci.limits import (
     ExistenceSearch,
     Limit,
@@ -77,13 +83,13 @@ class Loci:
         """The events as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
 
-        return dataframe(Event, self.events)
+        return dataframe(EVENT_COLUMNS, [event.record for event in self.events])
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
 
-        return dataframe(Limit, self.limits)
+        return dataframe(Limit._fields, self.limits)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
@@ -118,7 +124,9 @@ def loci(
     "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
-    events. options: as for solve(). Ranges without a stable equilibrium are reported in `limits`.
+    events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam
+    does flapwise, has one from `at` to `until`. options: as for solve(). Ranges without a stable
+    equilibrium are reported in `limits`.
     Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()

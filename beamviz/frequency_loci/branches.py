@@ -30,6 +30,7 @@ class Exchange(NamedTuple):
     upper: Place
     at: float
     frequency: float
+    modes: tuple[int, int]  # their indices by frequency
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,6 +116,7 @@ class Part:
                 upper=(pair.family, pair.k + 1),
                 at=pair.least.at,
                 frequency=pair.least.frequency,
+                modes=pair.least.ranks,
             )
             for pair in self.avoided_crossings
             if pair.least.gap == 0

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
-from typing import TypeGuard
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,14 @@ JUMP = 4.0  # ratio of a tip displacement to the neighbouring ones from which it
 SAME_TIP = 1e-3  # [L] distance of the tips up to which two states are the same
 SECOND_STATES_SOUGHT = 4  # number of values at which second states are searched for
 
-# A value of the parameter, and the solutions before and after it, or the first and second one.
-StateEvent = tuple[float, Solution, Solution]
+
+class StateEvent(NamedTuple):
+    """An event of the equilibria."""
+
+    at: float
+    first: Solution  # before it
+    second: Solution  # after it, or of another state
+    ended: Solution | None = None  # the one of them whose state ends there
 
 
 def is_deflected(outcome: Outcome) -> TypeGuard[Solution]:
@@ -50,7 +56,7 @@ def bucklings(path: Path, grid: NDArray) -> Iterator[StateEvent]:
         # With a spin-up there is no straight state, nor is there one beyond a limit.
         with suppress(BeamvizError, ValueError):
             at = brentq(lowest, low, high, xtol=PRECISION * (high - low), rtol=PRECISION)
-            yield float(at), before, after
+            yield StateEvent(float(at), before, after)
 
 
 def limit_points(path: Path, grid: NDArray) -> Iterator[StateEvent]:
@@ -96,7 +102,7 @@ def _limit_point(
                     outcome if isinstance(outcome, Solution) else start
                     for outcome in (before, after)
                 )
-                yield at, first, last
+                yield StateEvent(at, first, last, ended=start)
                 return
 
 
@@ -113,5 +119,5 @@ def second_states(path: Path, grid: NDArray) -> Iterator[StateEvent]:
             end = None
             with suppress(NotConverged):
                 end = end_of_bent_state(second, path.over, values[0])
-            yield values[0] if end is None else end, first, second
+            yield StateEvent(values[0] if end is None else end, first, second)
             return

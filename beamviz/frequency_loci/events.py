@@ -7,7 +7,8 @@ that locates it. A new kind is a function and a record here.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,17 +28,31 @@ ROTATED = math.radians(30)  # least rotation of its shapes into each other; 90 d
 
 @dataclass(frozen=True)
 class Event:
-    """An event of the branches with these labels, at a value of the parameter."""
+    """An event of the branches with these labels, at a value of the parameter, or all along a range
+    of it."""
 
     kind: str  # a key of EVENT_KINDS
     branches: tuple[str, ...]
-    at: float
-    frequency: float  # the mean of those of the branches
+    at: float  # of a range: its first value
+    frequencies: tuple[float | None, ...]  # of each branch at this value; None where not known
+    modes: tuple[int, ...]  # indices of these modes by frequency, from 0
+    until: float | None = None  # of a range: its last value
     gap: float = 0.0  # of a veering: the least
     coupling: float = 0.0  # of a veering: s_ab = phi_a' (K' - lambda M') phi_b, lambda their mean
     index: float = 0.0  # of a veering: veering index MDF_ab CSQ_ab MDF_ba, 0 .. 1
     width: float = 0.0  # of a veering: distance at which the gap is sqrt(2) times the least
     per_rev: int = 0  # of a resonance: periods of the force per revolution
+
+    @property
+    def frequency(self) -> float:
+        """The mean of the frequencies that are known."""
+        known = [frequency for frequency in self.frequencies if frequency is not None]
+        return math.fsum(known) / len(known)
+
+    @property
+    def frequency_until(self) -> float | None:
+        """Of a range, which is one of resonance: the frequency at its last value."""
+        return None if self.until is None else self.per_rev * self.until
 
     @property
     def name(self) -> str:
@@ -48,6 +63,30 @@ class Event:
     def mark(self) -> tuple[str, bool]:
         """The marker in charts, and whether it is filled."""
         return EVENT_KINDS[self.kind].marker, EVENT_KINDS[self.kind].filled
+
+    @property
+    def jumps(self) -> bool:
+        """Whether all loci end there, or jump to another state."""
+        return EVENT_KINDS[self.kind].jumps
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What files and tables have of it, by EVENT_COLUMNS."""
+        return {name: getattr(self, name) for name in EVENT_COLUMNS}
+
+
+EVENT_COLUMNS = (
+    "kind",
+    "branches",
+    "at",
+    "until",
+    "frequency",
+    "gap",
+    "coupling",
+    "index",
+    "width",
+    "per_rev",
+)
 
 
 class Tracked(NamedTuple):
@@ -68,7 +107,9 @@ class EventKind(NamedTuple):
 
     meaning: a sentence for readers. sign: its mark in the charts and lists of the page, a
     character. marker, filled: the same mark in pictures, as matplotlib names it. locate: the events
-    of this kind, in any order, and the ranges of those that could not be located.
+    of this kind, in any order, and the ranges of those that could not be located. jumps: whether
+    all loci end there, or jump to another state; the first branch of the event is before, the
+    second after it.
     """
 
     meaning: str
@@ -76,6 +117,7 @@ class EventKind(NamedTuple):
     marker: str
     filled: bool
     locate: Callable[[Tracked], Iterator[Event | Limit]]
+    jumps: bool = False
 
 
 def locate_events(tracked: Tracked) -> tuple[tuple[Event, ...], list[Limit]]:
@@ -92,8 +134,9 @@ def crossings(tracked: Tracked) -> Iterator[Event | Limit]:
     difference of their omega^2; modes of one family where their coupling vanishes (Perkins & Mote
     1986)."""
     for part in tracked.parts:
-        for lower, upper, at, frequency in part.exchanges:
-            yield Event("crossing", part.labels_of((lower, upper), at), at, frequency)
+        for lower, upper, at, frequency, modes in part.exchanges:
+            labels = part.labels_of((lower, upper), at)
+            yield Event("crossing", labels, at, (frequency, frequency), modes)
         if not tracked.path.is_coupled:
             yield from _crossings_of_families(tracked.path, part)
 
@@ -119,11 +162,12 @@ def _crossings_of_families(path: Path, part: Part) -> Iterator[Event | Limit]:
     for i, at in enumerate(roots.at.tolist()):
         k, l = divmod(int(roots.channel[i]), count)
         square = solved.omega_squared[i, [0, 1], [k, l]].mean()
-        ranks = solved.rank[i, [0, 1], [k, l]]
-        if ranks.min() < path.problem.modes and square >= 0:
+        lower, upper = np.sort(solved.rank[i, [0, 1], [k, l]]).tolist()
+        if lower < path.problem.modes and square >= 0:
             bending, stretching = (0, k), (1, l)
             lower_first = (bending, stretching) if roots.rises[i] else (stretching, bending)
-            yield Event("crossing", part.labels_of(lower_first, at), at, math.sqrt(square))
+            labels = part.labels_of(lower_first, at)
+            yield Event("crossing", labels, at, (math.sqrt(square),) * 2, (lower, upper))
 
 
 def _is_shown(rank: NDArray, modes: int) -> NDArray:
@@ -149,7 +193,8 @@ def veerings(tracked: Tracked) -> Iterator[Event | Limit]:
                     "veering",
                     part.labels_of(pair, least.at),
                     least.at,
-                    least.frequency,
+                    (least.frequency - least.gap / 2, least.frequency + least.gap / 2),
+                    least.ranks,
                     gap=least.gap,
                     coupling=avoided.coupling,
                     index=avoided.veering_index,
@@ -192,8 +237,9 @@ def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Eve
         at = brentq(difference, low, high, rtol=1e-9)
     except NotConverged:
         return not_located("coalescence", path.over, low, high)
-    frequency = path.modes(np.array([at])).s[0, 0, k : k + 2].imag.mean()
-    return Event("coalescence", part.labels_of(((0, k), (0, k + 1)), at), at, float(frequency))
+    frequency = float(path.modes(np.array([at])).s[0, 0, k : k + 2].imag.mean())
+    labels = part.labels_of(((0, k), (0, k + 1)), at)
+    return Event("coalescence", labels, at, (frequency, frequency), (k, k + 1))
 
 
 def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
@@ -206,20 +252,21 @@ def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
 
 def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event | Limit]:
     """The resonances with some multiples of the speed. Each pair of a multiple and a mode is a
-    function, number (index of the multiple) x modes + mode. A locus that lies on a line has none
-    there: out of the plane of rotation a hinged beam on the axis vibrates with the frequency gamma
-    at every speed."""
+    function, number (index of the multiple) x modes + mode. A locus that lies on a line has one
+    resonance all along: out of the plane of rotation a hinged beam on the axis vibrates with the
+    frequency gamma at every speed."""
     modes = part.track.modes
     n, families, count = modes.s.shape
     size = families * count  # number of modes
     lines = (multiples * modes.at[:, None]) ** 2  # (n, multiples) omega^2 on each line
     above = modes.omega_squared.reshape(n, 1, size) - lines[..., None]  # (n, multiples, modes)
     shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, size)
-    touches = abs(above) <= SAME * (1 + lines[..., None])
-    stays = touches[1:] & touches[:-1]
-    lies_on_line = np.zeros_like(touches)  # from one value to the next
+    touches = shown & (abs(above) <= SAME * (1 + lines[..., None]))
+    stays = touches[1:] & touches[:-1]  # from one value to the next
+    lies_on_line = np.zeros_like(touches)
     lies_on_line[1:] |= stays
     lies_on_line[:-1] |= stays
+    yield from _resonances_all_along(part, multiples, lies_on_line)
 
     def above_line(values: NDArray, pair: NDArray) -> NDArray:
         """omega^2 (n,) above that on a line, of pairs at values (n,)."""
@@ -235,28 +282,49 @@ def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event
     for at, pair, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
         index, mode = divmod(pair, size)
         if rank[mode] < path.problem.modes:
-            labels = part.labels_of((divmod(mode, count),), at)
-            per_rev = int(multiples[index])
-            yield Event("resonance", labels, at, per_rev * at, per_rev=per_rev)
+            labels, per_rev = part.labels_of((divmod(mode, count),), at), int(multiples[index])
+            place = at, (per_rev * at,), (int(rank[mode]),)
+            yield Event("resonance", labels, *place, per_rev=per_rev)
+
+
+def _resonances_all_along(
+    part: Part, multiples: NDArray, lies_on_line: NDArray
+) -> Iterator[Event | Limit]:
+    """The resonances of loci that lie on a line, one for each range of values of the grid.
+    lies_on_line: (n, multiples, modes) for modes by family."""
+    modes = part.track.modes
+    numbers = part.numbers(modes.at)  # (n, modes) of their branches
+    for index, per_rev in enumerate(multiples.tolist()):
+        for number, label in part.labels.items():
+            row, mode = (lies_on_line[:, index] & (numbers == number)).nonzero()
+            ends = np.flatnonzero(np.diff(row, prepend=-2, append=-2) != 1)
+            for first, end in pairwise(ends.tolist()):
+                at, until = modes.at[row[[first, end - 1]]].tolist()
+                rank = int(modes.rank.reshape(len(modes.at), -1)[row[first], mode[first]])
+                place = at, (per_rev * at,), (rank,)
+                yield Event("resonance", (label,), *place, until=until, per_rev=per_rev)
 
 
 def bucklings(tracked: Tracked) -> Iterator[Event]:
     """Where the straight state loses its stability and a deflected one takes its place."""
-    for at, before, after in equilibria.bucklings(tracked.path, tracked.grid):
-        yield Event("buckling", (before.labels[0], after.labels[0]), at, 0.0)
+    for at, before, after, _ in equilibria.bucklings(tracked.path, tracked.grid):
+        yield Event("buckling", (before.labels[0], after.labels[0]), at, (0.0, 0.0), (0, 0))
 
 
 def limit_points(tracked: Tracked) -> Iterator[Event]:
     """Where a deflected state ends; the branches end too, or continue on another state."""
-    for at, before, after in equilibria.limit_points(tracked.path, tracked.grid):
-        yield Event("limit point", (before.labels[0], after.labels[0]), at, 0.0)
+    for at, before, after, ended in equilibria.limit_points(tracked.path, tracked.grid):
+        states = before, after
+        frequencies = tuple(0.0 if state is ended else None for state in states)
+        labels = before.labels[0], after.labels[0]
+        yield Event("limit point", labels, at, frequencies, (0, 0))
 
 
 def second_states(tracked: Tracked) -> Iterator[Event]:
     """From where on another stable deflected state exists; its lowest branch is "B1 (state 2)"."""
-    for at, first, second in equilibria.second_states(tracked.path, tracked.grid):
+    for at, first, second, _ in equilibria.second_states(tracked.path, tracked.grid):
         labels = first.labels[0], f"{second.labels[0]} (state 2)"
-        yield Event("second state", labels, at, float(second.frequencies[0]))
+        yield Event("second state", labels, at, (None, float(second.frequencies[0])), (0, 0))
 
 
 EVENT_KINDS = {
@@ -294,6 +362,7 @@ EVENT_KINDS = {
         marker="^",
         filled=False,
         locate=limit_points,
+        jumps=True,
     ),
     "second state": EventKind(
         meaning="another stable deflected state begins there",

@@ -2,9 +2,10 @@
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,24 +118,44 @@ class Path:
         """The Solution, or NoEquilibrium or NotConverged, at each of the values (n,), with extra
         modes; those not solved before are solved in one batch."""
         new = sorted(set(values.tolist()) - self.outcomes.keys())
+        if self.loads_more and len(new) > 1:
+            new = self._left_below_limit(new)
         if new:
-            self.outcomes.update(zip(new, self._solve(new), strict=True))
+            self._solve(new)
         return [self.outcomes[value] for value in values.tolist()]
 
-    def _solve(self, values: list[float]) -> list[Outcome]:
-        """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
-        which the error at the highest speed names: speeds beyond it need no solve."""
+    def _solve(self, values: list[float]) -> None:
+        """Solve at values in one batch."""
         beams = [self.at(value) for value in values]
-        if self.over != "gamma" or len(beams) == 1:
-            return self._solve_beams(beams)
-        (fastest,) = self._solve_beams(beams[-1:])
-        count = 1  # of beams with the outcome of the fastest
-        if isinstance(fastest, NoEquilibrium):
-            count = sum(value > fastest.limit for value in values)
-        return self._solve_beams(beams[: len(beams) - count]) + [fastest] * count
+        outcomes = solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
+        self.outcomes.update(zip(values, outcomes, strict=True))
 
-    def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
-        return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
+    def _left_below_limit(self, values: list[float]) -> list[float]:
+        """Of ascending values those left to solve once the last is solved. Where it has no
+        equilibrium, neither has any value beyond the first without one, and its error is theirs."""
+        last = values[-1]
+        self._solve([last])
+        error = self.outcomes[last]
+        if isinstance(error, NoEquilibrium):
+            first = bisect_left(values, True, key=partial(self._is_beyond, error))
+            for value in values[first:]:
+                self.outcomes.setdefault(value, error)
+        return [value for value in values if value not in self.outcomes]
+
+    @cached_property
+    def loads_more(self) -> bool:
+        """Whether the load grows with the parameter: the centrifugal force with the speed, and with
+        the mass where it pulls the beam outward."""
+        return self.over == "gamma" or (
+            self.over == "alpha" and self.is_straight and self.beam.delta >= 0
+        )
+
+    def _is_beyond(self, error: NoEquilibrium, value: float) -> bool:
+        """Whether no equilibrium exists at a value, where `error` is that at a greater one; of
+        speeds it names the limit."""
+        if self.over == "gamma":
+            return value > error.limit
+        return isinstance(self.solve(np.array([value]))[0], NoEquilibrium)
 
     def buckles_between(self, low: float, high: float) -> bool:
         """Whether the state is straight at one of two values and bent at the other."""

@@ -435,7 +435,7 @@ LESSONS = (
     ),
 )
 
-NAMED = {one.name: one for one in LESSONS}
+NAMED = {each.name: each for each in LESSONS}
 NAMES = tuple(NAMED)
 
 
@@ -448,5 +448,5 @@ def lessons_table() -> str:
     """Name, title and question of each lesson, to be read in a terminal: 88 characters wide."""
     width = 2 + max(map(len, NAMES))
     wrap = textwrap.TextWrapper(88, " " * width, " " * width)
-    texts = (f"{one.name:<{width}}{one.title}\n{wrap.fill(one.question)}" for one in LESSONS)
+    texts = (f"{each.name:<{width}}{each.title}\n{wrap.fill(each.question)}" for each in LESSONS)
     return "\n".join(texts)

@@ -40,36 +40,33 @@ class Lesson:
     other numbers as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
-    guesses: answers to the question, to choose from before the experiment, of which number `right`
-    (from 0) is the answer; fact: a sentence with placeholders for the numbers of compute_fact;
-    number: of the challenge, "alpha", "beta", "gamma", "delta", "mu" or "pull_at"; within: accepted
-    distance from the answer; gauge: the quantity of the challenge for a solution (and for
-    "pull_at" that point), one number or several, and reading: a phrase with placeholders for them;
-    level: the first number of the gauge at the answer, or None where the answer is number
-    answer_in_fact of the fact; free: other numbers and options that may differ; motion: the motion
-    in time that the lesson begins with, as the page has it, {} for one without.
     """
 
     name: str
     title: str
+    scene: Scene  # that it begins with
+    motion: Mapping[str, Any] = field(default_factory=dict)  # in time, as the page has it, or {}
+
     question: str
-    guesses: tuple[str, ...]
-    right: int
+    guesses: tuple[str, ...]  # answers to choose from before the experiment
+    right: int  # index of the right guess
     do: str
     see: str
     meaning: str
-    fact: str
+    fact: str  # a sentence with placeholders for the numbers of compute_fact
     compute_fact: Callable[[], tuple[float, ...]]
+
+    # The challenge
+
     task: str
-    number: str = "gamma"
-    within: float = 0.1
+    number: str = "gamma"  # to be found: "alpha", "beta", "gamma", "delta", "mu" or "pull_at"
+    within: float = 0.1  # accepted distance from the answer
+    # The quantity to observe, one number or several, of a solution (and for "pull_at" that point).
     gauge: Callable[..., Any]
-    reading: str
-    level: float | None = None
-    answer_in_fact: int = 0
-    scene: Scene
-    free: tuple[str, ...] = ()
-    motion: Mapping[str, Any] = field(default_factory=dict)
+    reading: str  # a phrase with placeholders for the numbers of the gauge
+    level: float | None = None  # the gauge's first number at the answer, which is then solved for
+    answer_in_fact: int = 0  # without a level: the index of the answer in the numbers of the fact
+    free: tuple[str, ...] = ()  # other numbers and options that may differ from the scene's
 
     @cached_property
     def numbers(self) -> tuple[float, ...]:
@@ -171,21 +168,21 @@ def difference(solution: Solution) -> float:
 
 def crossing(over: str, stop: float, **options: Any) -> Event:
     """Crossing or veering of S1 and B3 with a mass as heavy as the beam at its tip."""
-    found = loci(TIP, over, np.linspace(0, stop, 21), **options)
-    return next(event for event in found.events if set(event.branches) == {"B3", "S1"})
+    computed = loci(TIP, over, np.linspace(0, stop, 21), **options)
+    return next(event for event in computed.events if set(event.branches) == {"B3", "S1"})
 
 
 def resonance(per_rev: int, label: str) -> float:
     """Speed at which omega = per_rev gamma for a mode of the bare beam."""
-    found = loci(BARE, "gamma", np.linspace(0, 15, 31), per_rev=per_rev).events
+    events = loci(BARE, "gamma", np.linspace(0, 15, 31), per_rev=per_rev).events
     wanted = per_rev, (label,)
-    return next(event.at for event in found if (event.per_rev, event.branches) == wanted)
+    return next(event.at for event in events if (event.per_rev, event.branches) == wanted)
 
 
 def first_unstable(beam: Beam, stop: float, **options: Any) -> float:
     """Speed at which the straight beam becomes unstable."""
-    found = loci(beam, "gamma", np.linspace(0, stop, 21), modes=1, **options)
-    return next(limit.start for limit in found.limits if limit.kind == "unstable")
+    computed = loci(beam, "gamma", np.linspace(0, stop, 21), modes=1, **options)
+    return next(limit.start for limit in computed.limits if limit.kind == "unstable")
 
 
 def last_equilibrium(beam: Beam, **options: Any) -> float:
@@ -221,10 +218,10 @@ def spin_up() -> tuple[float, float, float]:
     from beamviz.dynamics.linear import motion_without_stiffening
 
     speed = Ramp(KANE.gamma, SPIN_UP_TIME)
-    found = motion(KANE, SPIN_UP_TIME, speed=speed, points=4001)
-    k = int(np.argmin(found.tip[:, 1]))
+    stiffened = motion(KANE, SPIN_UP_TIME, speed=speed, points=4001)
+    k = int(np.argmin(stiffened.tip[:, 1]))
     end = motion_without_stiffening(KANE, SPIN_UP_TIME, speed=speed).t[-1]
-    return float(-found.tip[k, 1]), float(found.t[k]), float(end)
+    return float(-stiffened.tip[k, 1]), float(stiffened.t[k]), float(end)
 
 
 def strength(solution: Solution, label: str, pull_at: float) -> float:
@@ -240,12 +237,12 @@ def strength(solution: Solution, label: str, pull_at: float) -> float:
 
 
 def heard(label: str, pull_at: float) -> float:
-    """The same ratio in a computed motion of the bare beam."""
+    """The ratio of `strength` in a computed motion of the bare beam."""
     from beamviz.dynamics import motion
 
-    found = motion(BARE, HEARD, release=PLUCK, release_at=pull_at)
+    plucked = motion(BARE, HEARD, release=PLUCK, release_at=pull_at)
     t = np.linspace(0.0, HEARD, 4001)
-    deflection = np.hanning(len(t)) * found.position(t, [1.0])[:, 0, 1]
+    deflection = np.hanning(len(t)) * plucked.position(t, [1.0])[:, 0, 1]
     omegas = [frequency(BARE, name) for name in (label, "B1")]
     first, other = (abs(deflection @ np.exp(1j * omega * t)) for omega in omegas)
     return float(first / other)

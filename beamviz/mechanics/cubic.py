@@ -50,6 +50,11 @@ class CubicBeam:
         self.loading = Loading(beam.gamma, beam.spin_up, theory.in_plane)
 
     @property
+    def lengths(self) -> NDArray:
+        """The size [L] (size,) of the displacement by a unit of each unknown."""
+        return np.ones(self.size)
+
+    @property
     def orders(self) -> tuple[int, ...]:
         """Orders of the elements."""
         return (3,) * (len(self.model.nodes) - 1)

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.mechanics.inertia import Loading, masses_of
+from beamviz.mechanics.inertia import Loading, Number, masses_of
 from beamviz.mechanics.section import Section
 from beamviz.solver.constitutive import Theory
 from beamviz.space.trial import Trial
@@ -104,6 +104,11 @@ class PlanarBeam:
     def to_force(self) -> NDArray:
         """Integrates from the clamp to the point that the force acts on (n,)."""
         return self.grid.from_clamp(np.array([self.force_at]))[0]
+
+    @property
+    def lengths(self) -> NDArray:
+        """The size [L] (size,) of the displacement by a unit of each unknown."""
+        return np.where(np.arange(self.size) < self.along, 1 / self.beam.mu, 1.0)
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -292,8 +297,9 @@ class PlanarState:
     @cached_property
     def elastic_stiffness(self) -> NDArray:
         """Second derivative (size, size) of the strain energy."""
-        weighted = (self.beam.w * part for part in self.beam.section.stiffness(self.f, self.kappa))
-        return self.beam.local(*weighted, self.beam.beam.root)
+        ff, fk, kk = self.beam.section.stiffness(self.f, self.kappa)
+        w = self.beam.w
+        return self.beam.local(w * ff, w * fk, w * kk, self.beam.beam.root)
 
     @cached_property
     def geometric_stiffness(self) -> NDArray:
@@ -430,7 +436,7 @@ def swirl(X: NDArray, Y: NDArray) -> NDArray:
     return S - S.T
 
 
-def subtract_square(K: NDArray, F: NDArray, factor: float) -> None:
+def subtract_square(K: NDArray, F: NDArray, factor: Number) -> None:
     """Subtract factor F' F from K (n, n), some columns at a time: large blades have large
     matrices."""
     for start in range(0, len(K), COLUMNS):

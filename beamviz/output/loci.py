@@ -11,7 +11,7 @@ from beamviz.datasets import QUANTITIES
 from beamviz.files import csv_text, json_text
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
-from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.events import EVENT_COLUMNS, Event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
@@ -29,7 +29,7 @@ def loci_json(loci: Loci) -> str:
         "over": loci.over,
         "values": loci.values,
         "branches": [{key: getattr(branch, key) for key in keys} for branch in loci.branches],
-        "events": loci.events,
+        "events": [event.record for event in loci.events],
         "limits": loci.limits,
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
@@ -38,7 +38,7 @@ def loci_json(loci: Loci) -> str:
             record["hertz"] = units.hertz(record["frequency"])
         data["units"] = units_record(units)
         data |= si_values(loci)
-        data["events"] = [vars(event) | event_si(loci, event) for event in loci.events]
+        data["events"] = [event.record | event_si(loci, event) for event in loci.events]
         data["limits"] = [limit._asdict() | limit_si(loci, limit) for limit in loci.limits]
     return json_text(data)
 
@@ -53,7 +53,11 @@ def event_si(loci: Loci, event: Event) -> dict[str, float]:
     """The place, frequency and gap of an event of a beam in SI."""
     measure, units = usual_measure(loci.over, loci.units), loci.units
     assert units
-    place = {measure.scale.key: measure.factor * event.at} if measure else {}
+    place = {}
+    if measure:
+        place[measure.scale.key] = measure.factor * event.at
+        if event.until is not None:
+            place[f"until_{measure.scale.key}"] = measure.factor * event.until
     gap = {"gap_hertz": units.hertz(event.gap)} if event.gap else {}
     return {**place, "hertz": units.hertz(event.frequency), **gap}
 
@@ -70,6 +74,20 @@ def loci_csv(loci: Loci) -> str:
     columns |= {f"{branch.label}_growth_rate": branch.growth_rate for branch in growing}
     columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}
     return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def events_csv(loci: Loci) -> str:
+    """One line for each event, also without any a heading; the columns are the keys of JSON. The
+    labels of branches are separated by a space."""
+    columns: tuple[str, ...] = EVENT_COLUMNS
+    records = [event.record | {"branches": " ".join(event.branches)} for event in loci.events]
+    if loci.units:
+        measure = usual_measure(loci.over, loci.units)
+        places = (measure.scale.key, f"until_{measure.scale.key}") if measure else ()
+        columns = *columns, *places, "hertz", "gap_hertz"
+        pairs = zip(records, loci.events, strict=True)
+        records = [record | event_si(loci, event) for record, event in pairs]
+    return csv_text(columns, ([record.get(name) for name in columns] for record in records))
 
 
 def loci_table(loci: Loci) -> str:
@@ -137,10 +155,21 @@ def branch_cells(branch: Branch, rows: list[int]) -> Iterator[str]:
 
 
 def event_lines(loci: Loci) -> list[str]:
-    """The table of events."""
-    if not loci.events:
-        return ["No crossing or veering in this range."]
-    return aligned_table(event_columns(loci.over, loci.units, loci.events))
+    """The table of events, and what was sought and not found."""
+    events, per_rev = loci.events, loci.tracked.per_rev
+    lines = aligned_table(event_columns(loci.over, loci.units, events)) if events else []
+    lines += [
+        f"{event.branches[0]} lies on the line {event.per_rev}x from {loci.over} = {event.at:.7g}"
+        f" to {event.until:.7g}: a resonance at each of these speeds."
+        for event in events
+        if event.until is not None
+    ]
+    if not any(event.kind in ("crossing", "veering") for event in events):
+        lines.append("No crossing or veering in this range.")
+    if per_rev and not any(event.per_rev for event in events):
+        multiples = "1x" if per_rev == 1 else f"1x .. {per_rev}x"
+        lines.append(f"No resonance with {multiples} in this range.")
+    return lines
 
 
 LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}

@@ -11,6 +11,10 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from beamviz.beam import NUMBERS
+from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.branches import Branch
+from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
 from beamviz.plotting.labels import (
     HALO,
@@ -20,7 +24,6 @@ from beamviz.plotting.labels import (
     draw_legend,
     label_line_ends,
 )
-from beamviz.protocols import Branch, Event, Limit, Loci
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
@@ -33,6 +36,8 @@ MARK: dict[str, Any] = {"ms": 6, "mew": 1.1, "ls": ""}
 GROWTH_HEIGHT, GROWTH_SHARE = 0.26, 0.72  # of the figure for growth rates; of it, their axes
 LINE: dict[str, Any] = {"lw": 1.7, "zorder": 3}
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
+ALL_ALONG: dict[str, Any] = {"color": INK, "alpha": 0.18, "lw": 7, "zorder": 2}
+ALL_ALONG |= {"solid_capstyle": "butt"}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
 ABOVE |= {"color": MUTED, "fontsize": 8}
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
@@ -115,9 +120,12 @@ class Chart:
             self.draw_limit(limit)
         self.label_ends(self.draw_per_rev_lines(per_rev))
         for event in self.events:
-            zorder = 5 if event.per_rev else 6
             place = self.x(event.at), self.y(event.frequency)
-            self.axes.plot(*place, **_mark(event), zorder=zorder)
+            if event.until is None:
+                self.axes.plot(*place, **_mark(event), zorder=5 if event.per_rev else 6)
+            else:
+                end = self.x(event.until), self.y(event.frequency_until)
+                self.axes.plot(*zip(place, end, strict=True), **ALL_ALONG)
         self.label_starts()
         self.label_events()
 
@@ -126,16 +134,14 @@ class Chart:
         return self.value.format(self.x(value)).replace("-", "−")
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
-        """One locus, through the events of it; its colour changes from one family to the other
-        where the mode does. loci: of the branch, these or others over the same values."""
+        """One locus, through its frequencies at events; its colour changes from one family to the
+        other where the mode does. loci: of the branch, these or others over the same values."""
         known = np.isfinite(branch.bending_fraction)
         if not known.any():
             return
-        labels = {branch.label for branch in loci.branches}
-        shown = (event for event in self.events if labels.issuperset(event.branches))
-        events = [event for event in shown if branch.label in event.branches]
-        heights = [_height(loci, event, branch) for event in events]
-        x = np.concatenate((loci.values, [event.at for event in events]))
+        points = [(e.at, y) for e in loci.events for y in _through(e, branch.label)]
+        places, heights = np.array(points).reshape(-1, 2).T
+        x = np.concatenate((loci.values, places))
         y = np.concatenate((branch.frequency, heights))
         order = x.argsort(kind="stable")
         x, y = x[order], y[order]
@@ -224,23 +230,15 @@ class Chart:
             self.axes.annotate(branch.label, place, (4, 2), color=colour, **START)
 
 
-def _height(loci: Loci, event: Event, branch: Branch) -> float:
-    """The frequency of a branch at one of its events: half a gap above or below that of a veering,
-    which is the mean of both branches."""
-    if not event.gap:
-        return event.frequency
-    side = 0.5 if branch.label == _upper(loci, event) else -0.5
-    return event.frequency + side * event.gap
-
-
-def _upper(loci: Loci, event: Event) -> str:
-    """The label of the upper one of two branches that veer."""
-    two = [branch for branch in loci.branches if branch.label in event.branches]
-    both = np.flatnonzero(np.minimum(*(branch.mode_index for branch in two)) >= 0)
-    if not len(both):
-        return event.branches[1]
-    nearest = both[abs(loci.values[both] - event.at).argmin()]
-    return max(two, key=lambda branch: branch.mode_index[nearest]).label
+def _through(event: Event, label: str) -> list[float]:
+    """The frequencies of a branch at an event, in the order of the line that is drawn through them;
+    none where they are not known, nan where the line is interrupted."""
+    pairs = zip(event.branches, event.frequencies, strict=True)
+    own = [math.nan if name != label or y is None else y for name, y in pairs]
+    if event.jumps:
+        before, after = own
+        return [before, math.nan, after]
+    return [y for y in own if math.isfinite(y)]
 
 
 def _mark(event: Event) -> dict[str, Any]:
@@ -256,10 +254,13 @@ def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}
     colours = {name: FAMILIES(share) for name, share in shares.items() if name in families}
     lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
-    kinds = [event.kind for event in chart.events]
-    for name, event in {event.kind: event for event in chart.events}.items():
+    at_points = {event.kind: event for event in chart.events if event.until is None}
+    kinds = [event.kind for event in chart.events if event.until is None]
+    for name, event in at_points.items():
         label = name if len(kinds) <= MAX_LABELLED else f"{kinds.count(name)} {name}s"
         lines[label] = _mark(event)
+    if any(event.until is not None for event in chart.events):
+        lines["locus on a per-rev line: resonance"] = ALL_ALONG
     if per_rev:
         lines["per-rev line, k × speed"] = PER_REV
     return lines

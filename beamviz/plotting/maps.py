@@ -14,7 +14,7 @@ from beamviz.beam import NUMBERS
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
-from beamviz.solver.problem import OPTIONS, Problem
+from beamviz.solver.problem import Problem, options_in
 from beamviz.sweeps.arrays import SOLVED, STATUSES
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
@@ -169,4 +169,4 @@ def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
         if name not in over and (name != "spin_up" or held[name])
     )
     head = f"{what.capitalize()} at {numbers}".replace("-", "−")
-    return f"{head}\n{Problem(**{name: held[name] for name in OPTIONS}).described}"
+    return f"{head}\n{Problem(**options_in(held)).described}"

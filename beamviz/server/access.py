@@ -31,24 +31,19 @@ class Refusal(NamedTuple):
 
 @dataclass(frozen=True)
 class Access:
-    """The rules of a server bound to host:port; each check returns a Refusal, or None.
-
-    visitor_key: the key that all visitors need ("": none); presenter_key: the presenter's key
-    ("": no presenter); public: the URL under which a reverse proxy has the server, without a
-    slash at its end; framed: the page may be shown in a frame of a notebook, and its key is a part
-    of the path, as browsers send no cookies of a frame; visitor_count: of all processes; listener:
-    the source of the connections of a worker process.
-    """
+    """The rules of a server bound to host:port; each check returns a Refusal, or None."""
 
     host: str = "127.0.0.1"
     port: int = 0
-    visitor_key: str = ""
-    presenter_key: str = ""
-    public: str = ""
+    visitor_key: str = ""  # that all visitors need; "": none
+    presenter_key: str = ""  # "": no presenter
+    public: str = ""  # the URL that a reverse proxy has for it, without a slash at its end
+    # The page may be shown in a frame of a notebook; its key is a part of the path, as browsers
+    # send no cookies of a frame.
     framed: bool = False
     max_visitors: int = MAX_VISITORS
-    visitor_count: VisitorCount = field(default_factory=VisitorCount)
-    listener: Pipe | None = None
+    visitor_count: VisitorCount = field(default_factory=VisitorCount)  # of all processes
+    listener: Pipe | None = None  # the source of the connections of a worker process
 
     @property
     def shared(self) -> bool:
@@ -88,8 +83,8 @@ class Access:
                 f" started; behind a reverse proxy, {remedy}."
             )
             return Refusal(403, "Wrong address", text)
-        own = f"{self.scheme(host)}://{host.lower()}"
-        if "Origin" in request.headers and origin.lower() != own:
+        expected = f"{self.scheme(host)}://{host.lower()}"
+        if "Origin" in request.headers and origin.lower() != expected:
             return Refusal(403, "Foreign origin", "A page of another site may not use this one.")
         keys = (self.visitor_key, self.presenter_key)
         if self.visitor_key and not matches(keys, self.key_of(request)):
@@ -221,8 +216,8 @@ def names_this_machine(name: str) -> bool:
     """Whether a name, in lower case, is a name of this machine or any address."""
     with contextlib.suppress(ValueError):
         return bool(ipaddress.ip_address(name))
-    own = socket.gethostname().lower()
-    return name in ("localhost", own, f"{own}.local", own.partition(".")[0])
+    machine = socket.gethostname().lower()
+    return name in ("localhost", machine, f"{machine}.local", machine.partition(".")[0])
 
 
 def public_url(text: str, name: str = "public-url") -> str:

@@ -202,8 +202,8 @@ def listening_sockets(host: str, port: int) -> Iterator[list[socket.socket]]:
     with contextlib.ExitStack() as stack:
         lines: list[socket.socket] = []
         try:
-            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-            for family, *_, (address, _, *scope) in dict.fromkeys(found):
+            addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            for family, *_, (address, _, *scope) in dict.fromkeys(addresses):
                 port = port or (lines[0].getsockname()[1] if lines else 0)
                 try:
                     place = (address, port, *scope)

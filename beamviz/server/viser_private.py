@@ -71,10 +71,11 @@ def check_attributes() -> None:
     """Raise Unavailable if viser or websockets lack an attribute used here."""
     for owner, names in ATTRIBUTES.items():
         try:
-            found: Any = pkgutil.resolve_name(owner)
+            resolved: Any = pkgutil.resolve_name(owner)
         except (ImportError, AttributeError):
             raise unsupported(owner) from None
-        known = {*dir(found), *(inspect.signature(found).parameters if callable(found) else ())}
+        arguments = inspect.signature(resolved).parameters if callable(resolved) else ()
+        known = {*dir(resolved), *arguments}
         for name in names.split():
             if name not in known:
                 raise unsupported(f"{owner}.{name}")
@@ -159,7 +160,7 @@ def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any])
 # A scene without a server
 
 
-class Recorder(viser.infra.WebsockMessageHandler):
+class MessageRecorder(viser.infra.WebsockMessageHandler):
     """Takes the messages of a scene as a server does, for its recording alone."""
 
     def get_message_buffer(self) -> Any:
@@ -172,7 +173,7 @@ class RecordedServer(viser.ViserServer):
 
     def __init__(self) -> None:
         check_attributes()
-        self._websock_server: Any = Recorder()
+        self._websock_server: Any = MessageRecorder()
         self._scene_lifecycle_lock = threading.RLock()
         self._recording = self._websock_server.get_message_serializer(
             lambda message: message.include_in_scene_serialization

@@ -331,6 +331,13 @@ CHOICES = {name: tuple(entry.choices) for name, entry in OPTIONS.items() if entr
 MODEL = tuple(name for name, entry in OPTIONS.items() if not entry.resolution)
 
 
+def options_in(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """The options in the attributes of a dataset, which hold no None and 0 or 1 for a truth
+    value."""
+    given = {name: attributes.get(name) for name in OPTIONS}
+    return {name: bool(v) if OPTIONS[name].kind is bool else v for name, v in given.items()}
+
+
 def parse_keywords(**values: Any) -> Problem:
     """The problem with these options by name, the others by default; raises InvalidInput. Problems
     are kept, as a slider or a sweep repeats them: to check the options takes 15 % of a solve."""

@@ -189,9 +189,9 @@ class Solution:
     def show(self, **options: Any) -> Any:
         """Open the live page of this beam with this model, and return its View; options: those of
         `beamviz.show`."""
-        from beamviz import hooks
+        from beamviz.notebook import show
 
-        return hooks.show(self, **options)
+        return show(self, **options)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns

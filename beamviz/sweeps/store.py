@@ -20,11 +20,12 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
+from beamviz.datasets import in_files
 from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.signals import defer_signals
 from beamviz.solver import solve_many
-from beamviz.solver.problem import OPTIONS
+from beamviz.solver.problem import OPTIONS, options_in
 from beamviz.sweeps.arrays import ARRAYS, STATUSES, Arrays, solve_chunk
 from beamviz.sweeps.plan import Chunk, Plan, Region, axis_text, make_plan
 from beamviz.units import Units
@@ -135,7 +136,7 @@ def make_store(plan: Plan, path: Path) -> None:
             "title": "Natural frequencies of a rotating beam with a concentrated mass",
             "format": FORMAT,
             "beamviz_version": __version__,
-            **plan.arguments,
+            **in_files(plan.arguments),
         },
     )
     for name, values in coordinates(plan).items():
@@ -200,7 +201,9 @@ def check_same(plan: Plan, group: Any, path: Path) -> None:
     names = group["status"].metadata.dimension_names
     old = {"axes": ", ".join(names)}
     old |= {f"values of {name}": group[name].attrs["summary"] for name in names}
-    old |= {name: repr(group.attrs[name]) for name in group.attrs if name not in DESCRIPTION}
+    arguments = {name: group.attrs[name] for name in group.attrs if name not in DESCRIPTION}
+    arguments |= options_in(group.attrs)
+    old |= {name: repr(value) for name, value in arguments.items()}
     new = {"axes": ", ".join(plan.axes)}
     new |= {f"values of {name}": axis_text(values) for name, values in plan.axes.items()}
     new |= {name: repr(value) for name, value in plan.arguments.items()}
@@ -231,8 +234,9 @@ def open_group(path: Path) -> Any:
             f"{path}: is no sweep of this program, or one of another version; name another store"
         )
     try:
-        for name in OPTIONS:
-            group.attrs[name]
+        for name, option in OPTIONS.items():
+            if option.default is not None:
+                group.attrs[name]
         for name in (*ARRAYS, *group["status"].metadata.dimension_names):
             group[name]
     except KeyError as error:
@@ -256,7 +260,7 @@ def stored_plan(path: Path) -> Plan:
             raise damaged_chunk(path, f"the values of {name} are missing")
     fixed = {name: attributes[name] for name in RECORDED if name in attributes}
     beam = Beam.from_record(fixed, units=Units.from_attributes(attributes))
-    return make_plan(axes, beam, **{name: attributes[name] for name in OPTIONS})
+    return make_plan(axes, beam, **options_in(attributes))
 
 
 def count_statuses(path: Path) -> dict[str, int]:

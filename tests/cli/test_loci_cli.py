@@ -3,15 +3,18 @@
 import csv
 import io
 import math
+import re
 from itertools import combinations
 
 import numpy as np
+import pandas
 import pytest
 from helpers import slow, strict
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from beamviz import Beam, Units, loci
-from beamviz.plotting.loci import draw_chart
+from beamviz import Beam, Units, loci, solve
+from beamviz.plotting.loci import Chart, draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
 INWARD = (*SWEEP[:6], "8", "--delta", "-1", "--points", "5")
@@ -76,9 +79,144 @@ def test_loci_in_si_units(run, steel):
     assert first["hertz"] == pytest.approx([f / (2 * math.pi * time) for f in first["frequency"]])
     first = data["events"][0]
     assert (first["kind"], first["branches"], first["per_rev"]) == ("resonance", ["B1"], 2)
-    header = run(*line, "csv")[1].splitlines()[0]
-    assert header.startswith("gamma,rpm,B1,")
-    assert ",B1_hertz," in header
+    rows = list(csv.DictReader(io.StringIO(run(*line, "csv")[1])))
+    assert list(rows[0])[:3] == ["gamma", "rpm", "B1"]
+    for branch in data["branches"]:
+        name = branch["label"]
+        cells = [float(row[f"{name}_hertz"]) for row in rows]
+        known = [f / (2 * math.pi * time) for f in branch["frequency"] if f is not None]
+        assert [x for x in cells if not math.isnan(x)] == pytest.approx(known, rel=1e-12)
+
+
+ARM = """length = 2
+mass_per_length = 3
+bending_stiffness = 500
+axial_stiffness = 1e6
+mass = 6
+rotation_speed = 3
+"""
+
+
+def test_events_as_csv_for_pandas(run, tmp_path):
+    """They are a table of their own, with the values of JSON, so that both tables are read as they
+    are; without events it has a heading. Who does not ask for it is told of it."""
+    file, beam = tmp_path / "events.csv", tmp_path / "arm.toml"
+    beam.write_text(ARM)
+    line = (*SWEEP[:6], "20", "--points", "3", "--per-rev", "1", "--coriolis", "--si", str(beam))
+    line += ("--format",)
+    code, out, err = run(*line, "csv", "--events", str(file))
+    assert (code, err) == (0, "")
+    assert {dtype.kind for dtype in pandas.read_csv(io.StringIO(out)).dtypes} == {"f"}
+    table = pandas.read_csv(file)
+    events = strict(run(*line, "json")[1])["events"]
+    assert [event["kind"] for event in events] == ["resonance", "veering"]
+    assert {"until", "until_rpm"} <= {*table.columns}
+    for row, event in zip(table.to_dict("records"), events, strict=True):
+        found = {name: value for name, value in row.items() if not pandas.isna(value)}
+        known = {name: value for name, value in event.items() if value is not None}
+        assert found == known | {"branches": " ".join(known["branches"])}
+    assert "--events" in run(*line, "csv")[2]
+    run(*SWEEP, "--points", "3", "--modes", "1", "--events", str(file))
+    assert file.read_text().startswith("kind,branches,at,")
+    assert len(pandas.read_csv(file)) == 0
+
+
+HINGED = """length = 6
+mass_per_length = 10
+bending_stiffness = 2e6
+flap_stiffness = 5e4
+axial_stiffness = 1e8
+rotation_speed = 30
+root_stiffness = 0
+"""
+
+
+def test_a_mode_on_a_per_rev_line_is_told(run, tmp_path):
+    """A beam hinged on the axis turns about the hinge, out of the plane of rotation, with the
+    frequency of the rotation: in the table, JSON, CSV and chart."""
+    beam, file, chart = (tmp_path / name for name in ("hinged.toml", "events.csv", "chart.svg"))
+    beam.write_text(HINGED)
+    line = ["loci", "--si", str(beam), "--plane", "flapwise", "--over", "rad/s"]
+    line += ["--start", "0", "--stop", "40", "--points", "5"]
+    table = run(*line, "--per-rev", "2", "--events", str(file), "--plot", str(chart))[1]
+    stop = 40 * 30 / math.pi  # [rpm]
+    assert re.search(rf"resonance 1x +B1 .* 0 \.\. {stop:.6g} ", table)
+    assert "B1 lies on the line 1x" in table
+    assert "No crossing or veering in this range" in table
+    data = strict(run(*line, "--per-rev", "2", "--format", "json")[1])
+    (event,) = data["events"]
+    assert (event["kind"], event["branches"], event["per_rev"]) == ("resonance", ["B1"], 1)
+    assert (event["rpm"], event["until_rpm"]) == (0, pytest.approx(stop, rel=1e-12))
+    assert data["branches"][0]["frequency"] == pytest.approx(data["values"], abs=1e-9)
+    (row,) = pandas.read_csv(file).to_dict("records")
+    assert (row["branches"], row["per_rev"], row["until"]) == ("B1", 1, event["until"])
+    assert "resonance" in chart.read_text()
+    assert "resonan" not in run(*line)[1]
+
+
+def test_a_chart_answers_what_it_was_asked(run):
+    """No crossing, no resonance, each for itself; a resonance is no answer to the first."""
+    line, crossing = (*SWEEP[:6], "2", "--points", "3"), "No crossing or veering in this range."
+    bare = run(*line)[1]
+    assert crossing in bare
+    assert "resonance" not in bare
+    none = run(*line[:3], "--start", "0.1", "--stop", "0.2", "--points", "3", "--per-rev", "2")[1]
+    assert crossing in none
+    assert "No resonance with 1x .. 2x in this range." in none
+    found = run(*line, "--per-rev", "3")[1]
+    assert "resonance 3x" in found
+    assert crossing in found
+    assert "No resonance" not in found
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "values", "options"),
+    [
+        (Beam(alpha=1), "gamma", np.linspace(0, 20, 21), {"coriolis": True, "per_rev": 2}),
+        (Beam(alpha=1), "gamma", np.linspace(0, 20, 21), {"per_rev": 2}),
+        # Where a second state begins its frequency is that of no branch.
+        (
+            Beam(alpha=1, delta=-1, spin_up=3),
+            "gamma",
+            np.linspace(0, 3, 4),
+            {"state": "stable", "modes": 2},
+        ),
+    ],
+)
+def test_loci_are_drawn_through_their_own_frequencies(beam, over, values, options):
+    """At each event, which is a point between the values: the two of a veering on either side of
+    its mark. So are those of another model drawn beside them, which have other events."""
+    found = loci(beam, over, values, **options)
+    assert found.events
+    axes = Figure().subplots()
+    chart = Chart(found, axes, (1, 2))
+    check_drawn(found, axes)
+    if options.get("state") != "stable":
+        axes.clear()
+        other = loci(beam, over, values, curvature="material", **options)
+        for branch in other.branches:
+            chart.draw_branch(axes, other, branch)
+        check_drawn(other, axes)
+
+
+def check_drawn(found, axes):
+    """Check that lines have frequencies of solves at all their points, and one at each event."""
+    points = {tuple(xy) for line in axes.lines for xy in line.get_xydata() if xy[1] == xy[1]}
+    model = {name: value for name, value in found.problem.options.items() if name != "modes"}
+    for at, y in points:
+        near = solve(found.beam.replace(**{found.over: float(at)}), modes=7, **model).frequencies
+        assert np.nanmin(abs(near - y)) < 1e-5 * (1 + y), (at, y)
+    drawn = {x for x, _ in points}
+    assert drawn >= {e.at for e in found.events if e.kind != "second state"}
+
+
+def test_a_resonance_all_along_is_drawn_behind_its_locus():
+    """A wide line over all speeds, where that per-rev line is drawn."""
+    found = loci(Beam(root=0), "gamma", np.linspace(0, 12, 13), 3, per_rev=4, plane="flapwise")
+    for multiples, count in (((1, 2), 1), ((2,), 0)):
+        lines = draw_chart(found, multiples).axes[0].lines
+        wide = [line for line in lines if line.get_linewidth() > 4]
+        assert [line.get_xydata().tolist() for line in wide] == count * [[[0, 0], [12, 12]]]
 
 
 def test_plot_of_loci(run, tmp_path):
@@ -87,7 +225,7 @@ def test_plot_of_loci(run, tmp_path):
     for ending, start in starts.items():
         file = tmp_path / f"loci.{ending}"
         code, out, err = run(*SWEEP, "--points", "21", "--plot", str(file), "--format", "csv")
-        assert (code, err, out[:8]) == (0, "", "gamma,B1")
+        assert (code, out[:8]) == (0, "gamma,B1"), err
         assert file.read_bytes().startswith(start)
     picture = np.rint(255 * imread(file)[:, :, :3]).astype(int)
     for colour in ((0, 114, 178), (213, 94, 0)):
@@ -149,4 +287,6 @@ def test_a_plot_of_modes_that_do_not_vibrate(run, tmp_path, modes):
 
 def test_an_option_without_effect_is_noted(run):
     line, note = (*SWEEP, "--points", "3", "--format", "csv"), "--gamma 5 is not used: --over gamma"
-    assert run(*line, "--gamma", "5") == (0, run(*line)[1], f"beamviz: {note} varies it\n")
+    code, out, err = run(*line, "--gamma", "5")
+    assert (code, out) == (0, run(*line)[1])
+    assert err.startswith(f"beamviz: {note} varies it\n")

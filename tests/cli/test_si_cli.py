@@ -90,6 +90,8 @@ def test_loci_over_a_unit(run, uniform, over, number, start, stop, key):
     assert data[key] == pytest.approx(shown.tolist(), rel=1e-12)
     rows = list(csv.DictReader(io.StringIO(run(*line, "csv")[1])))
     assert [float(row[key]) for row in rows] == data[key]
+    for row in rows:
+        assert float(row["B1_hertz"]) == pytest.approx(float(row["B1"]) / (2 * np.pi * units.time))
     found = loci(beam, over, values, 2, state="stable")
     for branch, record in zip(found.branches, data["branches"], strict=True):
         assert record["frequency"] == branch.frequency.tolist()

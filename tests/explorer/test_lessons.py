@@ -1,18 +1,20 @@
 """The lessons: begun, turned through, met and reset by a visitor."""
 
 import re
+import threading
 import time
 from functools import partial
 from typing import Any
 
 import pytest
-from live.server import wait_until
+from live.server import held_back, wait_until
 from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, solutions
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.lessons import (
+    AWAITED,
     CONTROLS,
     STEP,
     Facts,
@@ -300,6 +302,24 @@ def test_the_challenge_is_checked_continuously(guest, session, name):
         assert words in guest.text
     assert f"{lesson(name).answer:.5g}" in guest.text
     guest.do("lesson", "", until=f"Challenges met: 1 of {len(LESSONS)}")
+
+
+def test_no_page_waits_for_the_answer_of_a_challenge(guest, monkeypatch):
+    """It opens while the answer is computed, with the scene of the lesson: whether it is met in
+    that of the visitor is not known yet."""
+    shown, release = lesson("crossing"), threading.Event()
+    for computed in ("numbers", "answer"):
+        monkeypatch.delitem(vars(shown), computed, raising=False)
+    monkeypatch.setitem(vars(shown), "compute_fact", held_back(shown.compute_fact, release))
+    try:
+        begin(guest, shown.name)
+        guest.choose("gamma", 4.464)
+        guest.do("lesson_step", 2, until=formatted(shown.task))
+        guest.shows(shown.scene.beam)
+        assert AWAITED in guest.text
+    finally:
+        release.set()
+    guest.says("Not yet.")
 
 
 def test_keys_and_commands_work(guest):

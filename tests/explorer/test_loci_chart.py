@@ -132,12 +132,33 @@ def test_marks_are_buttons_with_names(tip):
 
 
 def test_an_event_with_a_mode_above_those_asked_for():
-    """It has both names of the table, and the one mode that is there."""
+    """It has both names of the table, and both modes: going there shows one mode more."""
     chart = chart_of(TIP, coriolis=True, modes=3)
     (event,) = chart.pairs.values()
     assert event.at == pytest.approx(4.65, rel=1e-3)
     assert chart.names_of(event) == ["S1", "B3"]
-    assert chart.modes_of(event) == (2,)
+    assert chart.modes_of(event) == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "options"),
+    [
+        (TIP, "gamma", {}),
+        (TIP, "gamma", {"coriolis": True, "modes": 7}),
+        # It crosses just beyond a limit of equilibrium: there is none at the nearest value.
+        (TIP.replace(gamma=18, mu=40), "mu", {"strain": "hencky", "modes": 6}),
+    ],
+)
+def test_the_modes_of_an_event_have_its_frequency_there(beam, over, options):
+    """By direct solves, one for each of its branches."""
+    chart = chart_of(beam, over, 3 if over == "gamma" else 0, **options)
+    assert chart.located
+    for event in chart.located:
+        modes = chart.modes_of(event)
+        assert len(modes) == len(event.branches)
+        there = solve(beam.replace(**{over: event.at}), **{**options, "modes": max(modes) + 1})
+        half = event.gap / 2 + 1e-5 * event.frequency
+        assert (abs(there.frequencies[[*modes]] - event.frequency) <= half).all()
 
 
 def test_a_second_state_has_the_names_of_its_branches():
@@ -174,6 +195,24 @@ def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
     assert "No line 2 × speed" in loci_chart.resonance_table(over_alpha, (2,))
 
 
+def test_a_locus_on_a_per_rev_line_is_told():
+    """In words, and by a wide line behind it, where that line is chosen; no speed is that of the
+    resonance, so that there is no mark to go to."""
+    chart = chart_of(Beam(root=0, gamma=3), per_rev=2, plane="flapwise")
+    stop = chart.request.stop
+    words = loci_chart.resonance_table(chart, (1, 2))
+    assert "<b>B1</b> lies on the line 1 × speed" in words
+    assert f"from γ = 0 to γ = {stop:.0f}" in words
+    assert "No line 2 × speed" in loci_chart.resonance_table(chart, (2,))
+    data = chart_data(chart, (1,))
+    (band,) = (line for line in data["lines"] if line["runs"][0][2] == "band")
+    assert (band["at"], band["y"]) == ([0, stop], [0, stop])
+    assert data["lines"][0] is band
+    assert [mark for mark in data["marks"] if mark["kind"] == "resonance"] == []
+    assert "line band" in [key["style"] for key in data["keys"]]
+    assert not any(one["runs"][0][2] == "band" for one in chart_data(chart, (2,))["lines"])
+
+
 @pytest.mark.parametrize(("delta", "law"), [(0, " with this material law"), (-0.5, "")])
 def test_gaps_are_explained_by_their_limit(delta, law):
     """biot at mu = 10: none beyond 8.603, where the lines end; inward, thrust is the limit."""
@@ -187,9 +226,11 @@ def test_gaps_are_explained_by_their_limit(delta, law):
 
 
 def test_a_chart_without_events_says_so():
-    """In the place of the list."""
-    text = loci_chart.event_table(chart_of(TIP, modes=1))
-    assert "No crossing or veering in this range" in text
+    """In the place of the list, and beside one of other events."""
+    for chart in (chart_of(TIP, modes=1), chart_of(INWARD, state="stable", modes=1)):
+        assert "No crossing or veering in this range" in loci_chart.event_table(chart)
+    assert "Buckling" in loci_chart.event_table(chart)
+    assert "No crossing" not in loci_chart.event_table(chart_of(TIP))
 
 
 @pytest.mark.parametrize("gamma", [4.65, 20.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beamviz import Beam, InvalidInput, loci, solve
+from beamviz import Beam, InvalidInput, loci, resonances, solve
 from beamviz.blade import Blade, Mass
 from beamviz.frequency_loci.forced_response import run_up, static_deflection
 from beamviz.frequency_loci.identity import match_modes
@@ -56,16 +56,32 @@ def test_loci_of_a_blade_that_is_uniform():
 
 
 @pytest.mark.parametrize("method", ["auto", "ancf"])
-def test_a_locus_that_lies_on_a_line_has_no_resonance_with_it(method):
-    """The rigid rotation out of plane of a beam hinged on the axis has the frequency gamma."""
+def test_a_locus_that_lies_on_a_line_is_in_resonance_all_along(method):
+    """The rigid rotation out of plane of a beam hinged on the axis has the frequency gamma. It is
+    one event, whose place is a range; those of other modes are at their intersections."""
     options = {"plane": "flapwise", "method": method}
     found = loci(Beam(root=0), "gamma", [0, 12], 3, per_rev=4, **options)
     assert found["B1"].frequency == pytest.approx(found.values)
     names = [(event.branches, event.per_rev) for event in found.events]
-    assert names == [(("B2",), 4), (("B2",), 3)]
-    for event in found.events:
+    assert names == [(("B1",), 1), (("B2",), 4), (("B2",), 3)]
+    along, *others = found.events
+    assert (along.kind, along.at, along.until, along.modes) == ("resonance", 0, 12, (0,))
+    assert (along.frequency, along.frequency_until) == (0, 12)
+    assert resonances(found, 1) == [along]
+    for event in others:
         there = solve(Beam(root=0, gamma=event.at), 3, **options)
         assert there.frequencies[1] == pytest.approx(event.per_rev * event.at, rel=1e-6)
+        assert (event.until, event.modes) == (None, (1,))
+
+
+def test_a_part_of_a_locus_on_a_line_ends_where_equilibrium_does():
+    """Of a logarithmic strain, and in each of the parts of a chart."""
+    options = {"plane": "flapwise", "strain": "hencky"}
+    found = loci(Beam(root=0), "gamma", [1, 60], 3, per_rev=1, **options)
+    (along,) = (event for event in found.events if event.until is not None)
+    (limit,) = (limit for limit in found.limits if limit.kind == "no-equilibrium")
+    assert (along.branches, along.at) == (("B1",), 1)
+    assert along.until == pytest.approx(limit.start, rel=1e-3)
 
 
 def test_the_static_deflection():

@@ -2,12 +2,14 @@
 buckling, limit points, second stable states."""
 
 import json
+import pickle
 import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from helpers import slow, sorted_frequencies
+from matplotlib.figure import Figure
 from oracle.bent import bent_truth
 from scipy.optimize import brentq
 
@@ -56,12 +58,16 @@ def test_beyond_the_limit_of_equilibrium():
     ("beam", "over", "values"),
     [
         (Beam(gamma=40), "mu", np.linspace(40, 80, 11)),
-        *slow((Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11))),
+        (Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11)),
     ],
 )
 def test_limits_over_other_numbers(beam, over, values):
-    """The limit is located between two values: an equilibrium exists on one side of it only."""
-    (limit,) = loci(beam, over, values, 1, strain="hencky").limits
+    """The limit is located between two values: an equilibrium exists on one side of it only, at
+    each value there."""
+    found = loci(beam, over, values, 1, strain="hencky")
+    (limit,) = found.limits
+    solved = np.isfinite(sorted_frequencies(found)[:, 0])
+    assert solved.tolist() == [not limit.start <= value <= limit.stop for value in values]
     edge = limit.stop if limit.start == values[0] else limit.start
     sides = [beam.replace(**{over: edge * (1 + step)}) for step in (-1e-6, 1e-6)]
     outcomes = solve_many(sides, strain="hencky")  # so near to the limit a solve may fail
@@ -267,6 +273,16 @@ def test_a_limit_point_of_the_spin_up(folding):
     assert [tip > 0 for tip in tips] == [value < event.at for value in folding.values]
 
 
+def test_loci_are_interrupted_at_a_limit_point(folding):
+    """Beyond it they are those of another state. The lowest one falls to zero before it."""
+    (event,) = [event for event in folding.events if event.kind == "limit point"]
+    axes = folding.plot(Figure().subplots())
+    points = np.concatenate([line.get_xydata() for line in axes.lines if len(line.get_xdata()) > 1])
+    heights = points[points[:, 0] == event.at, 1]
+    assert np.isnan(heights).sum() >= len(folding.branches)
+    assert {*heights[np.isfinite(heights)].tolist()} == {0}
+
+
 @pytest.mark.parametrize(
     ("over", "values"),
     [("gamma", np.linspace(4.45, 4.6, 6)), *slow(("spin_up", np.linspace(0, 0.6, 4)))],
@@ -331,5 +347,6 @@ def test_a_second_stable_state(folding):
     events = {event.kind: event for event in folding.events}
     assert events["limit point"].at == pytest.approx(end, abs=1e-7)
     assert events["second state"].branches == ("B1", "B1 (state 2)")
+    assert pickle.loads(pickle.dumps(folding.events)) == folding.events
     assert other_stable_states(solve(FOLDING.replace(spin_up=0.2), **PRECISE)) == []
     assert other_stable_states(solve(Beam(delta=-1, gamma=4), state="stable")) == []

@@ -182,6 +182,41 @@ def test_labels_where_shapes_are_exchanged():
     assert solve(TIP.replace(gamma=10), coriolis=True).labels[2:4] == ("S1", "B3")
 
 
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "options", "branches"),
+    [
+        (TIP, "gamma", 20, {}, [("B3", "S1"), ("B2", "S1")]),
+        (
+            TIP.replace(delta=-0.5, gamma=6),
+            "mu",
+            100,
+            {"plane": "flapwise"},
+            [("S1", "B2"), ("S2", "B4"), ("S1", "B3")],
+        ),
+    ],
+)
+def test_the_lower_branch_of_a_crossing_is_named_first(beam, over, stop, options, branches):
+    """The one below the other before the crossing; of states that may bend, whose modes are
+    followed by their shapes, as of straight ones."""
+    for state in ("straight", "stable"):
+        found = loci(
+            beam,
+            over,
+            np.linspace(20, stop, 21) if over == "mu" else [0, stop],
+            state=state,
+            **options,
+        )
+        crossings = [event for event in found.events if event.kind == "crossing"]
+        assert [event.branches for event in crossings] == branches
+        for event in crossings:
+            for side in (-1, 1):
+                there = solve(beam.replace(**{over: event.at * (1 + 1e-3 * side)}), 6, **options)
+                lower, upper = (
+                    there.frequencies[there.labels.index(label)] for label in event.branches
+                )
+                assert np.sign(lower - upper) == side
+
+
 def labels_by_mode(found, i):
     """The labels of the branches at value i, by the index of the mode."""
     indices = {int(branch.mode_index[i]): branch.label for branch in found.branches}

@@ -1,7 +1,8 @@
 """The oracle itself: the extremes, and the refusal of what is not resolved.
 
 Independent values, published tables, closed forms and limits are held against the solver
-(tests/paper, tests/solver), and the solver against the oracle (tests/solver/test_error_bars.py).
+(tests/evidence/paper, tests/solver), and the solver against the oracle
+(tests/solver/test_error_bars.py).
 """
 
 import numpy as np

@@ -237,6 +237,17 @@ def test_nothing_holds_a_hinge_about_the_axis(method, coriolis, gamma):
     assert rotation == pytest.approx(np.sqrt(3) * np.array([0, 0.5, 1]), abs=2e-3)
 
 
+@pytest.mark.parametrize("method", ["auto", "foac"])
+@pytest.mark.parametrize("blade", [None, TAPER])
+def test_a_hinge_without_softening_swings_with_the_speed(method, blade):
+    """A rigid rotation about a hinge on the axis lifts every point against the tension as out of
+    the plane of rotation: its frequency is gamma."""
+    beam = Beam(gamma=5, root=0, blade=blade)
+    solution = solve(beam, 3, method, softening=False)
+    assert solution.frequencies[0] == pytest.approx(5, rel=1e-6)
+    assert solution.equilibrium.status == "stable"
+
+
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
 @pytest.mark.parametrize(

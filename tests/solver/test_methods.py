@@ -158,6 +158,16 @@ def test_power_series_converge_for_rigid_tension(beam, alpha, plane):
             assert abs(found.shape(k, x)) == pytest.approx(abs(converged.shape(k, x)), abs=1e-4)
 
 
+@pytest.mark.parametrize("beta", [0.4, 1.0])
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+def test_power_series_of_a_mass_on_a_hub(beta, plane):
+    """The tension inboard of the mass is that at its distance from the axis: as foac has it."""
+    beam = Beam(alpha=0.8, beta=beta, gamma=4, delta=0.6)
+    found = solve(beam, method="power-series", plane=plane, terms=100)
+    converged = solve(beam, method="foac", plane=plane, tolerance=1e-10)
+    assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-8)
+
+
 @settings(max_examples=25)
 @given(
     beam=beams(alpha=(0, 3), gamma=(0, 30), delta=(-1, 1), mu=(70, 70)),

@@ -1,6 +1,6 @@
 """The solver against closed forms, published effects.
 
-The published values themselves are the rows of the validation page (tests/paper).
+The published values themselves are the rows of the validation page (tests/evidence/paper).
 """
 
 import numpy as np

@@ -22,6 +22,7 @@ from beamviz.explorer.computed_loci import lines_of
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, fading
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SolverAnswer, solver_answer
@@ -106,8 +107,9 @@ class Lessons(Feature):
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
         with self.visitor.lock:
-            if step in range(len(STEPS)) and self.visitor.state.lesson:
-                self.visitor.change(partial(at_step, step=int(step)))
+            if step in range(len(STEPS)) and (name := self.visitor.state.lesson):
+                known = facts_in(self.visitor.shown_answer(JOB), name) is not None
+                self.visitor.change(partial(at_step, step=int(step), known=known))
 
     def turn(self, by: Any) -> None:
         """Go to the next (1) or previous (-1) step, from the last or first step to the next or
@@ -181,9 +183,13 @@ def check_guess(guess: int, name: str) -> None:
 
 def facts_of(snapshot: Snapshot) -> Facts | None:
     """The facts of the open lesson; None before they are computed."""
-    answer = snapshot.job_answer(JOB)
+    return facts_in(snapshot.job_answer(JOB), snapshot.state.lesson)
+
+
+def facts_in(answer: Answer[str, Facts] | None, name: str) -> Facts | None:
+    """The facts in an answer that are those of a lesson."""
     facts = answer.result if answer else None
-    return facts if facts and facts.lesson == snapshot.state.lesson else None
+    return facts if facts and facts.lesson == name else None
 
 
 def first_state(scene: Scene) -> State:
@@ -223,18 +229,27 @@ def lesson_rate(name: str) -> float | None:
     return picture_of(solver_answer(Case.of(scene)), scene.view, DEFAULT_SCALE).rate
 
 
-def at_step(state: State, step: int) -> State:
-    """At another step of the open lesson; its challenge begins unsolved."""
+def at_step(state: State, step: int, known: bool) -> State:
+    """At another step of the open lesson; its challenge begins unsolved. known: whether the answer
+    is: it may take seconds, and nothing waits for it."""
     open_lesson = lesson(state.lesson)
     after = state.with_choice(STEP, step)
-    if step == CHALLENGE != state[STEP]:
-        with contextlib.suppress(InvalidInput):
-            pull_at = state.experiment.pull_at
-            if open_lesson.check(state.case.beam, state.case.options, pull_at).met:
-                scene = open_lesson.scene.changed(dark=state.view.dark)
-                loaded = after.loaded(scene).with_choice(GUESS, state[GUESS])
-                return replace(loaded, rate=state.rate, **motion_of(open_lesson))
-    return after
+    if not step == CHALLENGE != state[STEP]:
+        return after
+    if known and not is_met(open_lesson, state):
+        return after
+    scene = open_lesson.scene.changed(dark=state.view.dark)
+    loaded = after.loaded(scene).with_choice(GUESS, state[GUESS])
+    return replace(loaded, rate=state.rate, **motion_of(open_lesson))
+
+
+def is_met(open_lesson: Lesson, state: State) -> bool:
+    """Whether the challenge of a lesson is met, which takes its answer; not by a number out of
+    range."""
+    with contextlib.suppress(InvalidInput):
+        pull_at = state.experiment.pull_at
+        return open_lesson.check(state.case.beam, state.case.options, pull_at).met
+    return False
 
 
 def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:

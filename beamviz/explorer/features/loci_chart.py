@@ -197,8 +197,9 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 def event_table(chart: Chart) -> str:
     """The events, each with a button that moves the beam there."""
+    text = "" if chart.pairs else "<p>No crossing or veering in this range.</p>"
     if not chart.events:
-        return "<p>No crossing or veering in this range.</p>"
+        return text
     along, across = chart.request.measures
     heads = ("go to", f"at {along.head}", across.label, "smallest gap")
     rows = []
@@ -208,7 +209,8 @@ def event_table(chart: Chart) -> str:
     kinds = {event.kind for event in chart.events.values()}
     shown = {name: kind.sign for name, kind in EVENT_KINDS.items() if name in kinds}
     caption = ", ".join(f"{name} {sign}" for name, sign in shown.items()).capitalize()
-    return page.table("crossings and veerings", heads, rows, caption=caption)
+    name = "crossings and veerings" if chart.pairs else "events"
+    return page.table(name, heads, rows, caption=caption) + text
 
 
 def event_buttons(chart: Chart) -> str:
@@ -229,18 +231,34 @@ def cells(chart: Chart, key: str, sign: str, one: Event) -> tuple[str, str, str]
 
 
 def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
-    """The resonances in order of speed, each with a button that moves the beam there."""
-    found = chart.resonances_at(multiples)
-    lines = " ".join(f"{k} ×" for k in multiples)
+    """The resonances in order of speed, each with a button that moves the beam there, and the loci
+    that lie on a line."""
+    found, along_lines = chart.resonances_at(multiples), resonances_along(chart, multiples)
     if not found:
-        return f"<p>No line {lines} speed intersects a mode in this range.</p>"
+        lines = " ".join(f"{k} ×" for k in multiples)
+        none = f"<p>No line {lines} speed intersects a mode in this range.</p>"
+        return along_lines or none
     along, across = chart.request.measures
     heads = ("go to", "per rev", f"at {along.head}", across.label)
     rows = []
     for key, one in found.items():
         go_to, *place = cells(chart, key, page.sign("resonance"), one)
         rows.append((go_to, f"{one.per_rev} ×", *place))
-    return page.table("resonances", heads, rows, caption="Resonances")
+    return along_lines + page.table("resonances", heads, rows, caption="Resonances")
+
+
+def resonances_along(chart: Chart, multiples: tuple[int, ...]) -> str:
+    """The loci that lie on a line, in words."""
+    along, text = chart.request.measures[0], ""
+    for one in chart.resonances_along(multiples):
+        assert one.until is not None
+        first, last = (along.text(end, 4) for end in (one.at, one.until))
+        name = " and ".join(chart.names_of(one))
+        text += (
+            f"<p><b>{name}</b> lies on the line {one.per_rev} × speed: it is in resonance at every"
+            f" speed from {first} to {last}.</p>"
+        )
+    return text
 
 
 def notes(chart: Chart) -> str:

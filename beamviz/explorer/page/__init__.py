@@ -77,13 +77,13 @@ def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
     heads = panels = ""
     for k, (key, (name, content)) in enumerate(tabs.items()):
         tab, panel = f"to-{key}", f"tab-{key}"
-        own = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
-        heads += button(name, role="tab", aria_selected=k == 0, **own)
-        own = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
-        panels += f'<div role="tabpanel" tabindex="0"{attributes(**own)}>{content}</div>'
+        shown = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
+        heads += button(name, role="tab", aria_selected=k == 0, **shown)
+        shown = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
+        panels += f'<div role="tabpanel" tabindex="0"{attributes(**shown)}>{content}</div>'
     symbols = "".join(
-        f"<tr><td>{one.symbol}</td><td>{one.label}</td><td>{one.formula}</td></tr>"
-        for one in PARAMETERS.values()
+        f"<tr><td>{parameter.symbol}</td><td>{parameter.label}</td><td>{parameter.formula}</td></tr>"
+        for parameter in PARAMETERS.values()
     )
     parts = {"tabs": heads, "panels": panels, "symbols": symbols}
     markup = package_text("explorer/page/page.html").format(**parts)
@@ -108,7 +108,7 @@ def typeset(text: str) -> str:
     """A text, or HTML, as it is printed: with a minus sign before each negative number, not a
     hyphen, raised powers, as in kg/m³, and √ for sqrt; attributes, the values of fields among them,
     and names with digits stay."""
-    text = POWER.sub(lambda found: RAISED[found[1]], HYPHEN.sub("\u2212", text))
+    text = POWER.sub(lambda match: RAISED[match[1]], HYPHEN.sub("\u2212", text))
     return SQRT.sub("√", text)
 
 
@@ -120,20 +120,20 @@ def value(key: str, shown: Any) -> Content:
 def props(key: str, **changes: Any) -> Content:
     """Attributes (aria_label= for aria-label) of the elements with data-set="key" and of the
     element with the id `key`; False or None removes an attribute."""
-    named = {name.strip("_").replace("_", "-"): one for name, one in changes.items()}
-    return {("props", key, name): one for name, one in named.items()}
+    named = {name.strip("_").replace("_", "-"): change for name, change in changes.items()}
+    return {("props", key, name): change for name, change in named.items()}
 
 
 def faded(words: str, *ids: str) -> Content:
     """Mark elements, by their ids, that show an earlier result, which the words say; "" for none
     that does."""
     marks = (props(id, data_outdated=words or None) for id in ids)
-    return {path: one for mark in marks for path, one in mark.items()}
+    return {path: change for mark in marks for path, change in mark.items()}
 
 
 def chart(id: str, data: Data) -> Content:
     """A chart or a map in the element with this id (chart.js, map.js)."""
-    return {("charts", id, name): one for name, one in data.items()}
+    return {("charts", id, name): part for name, part in data.items()}
 
 
 def names(content: Content) -> set[str]:
@@ -164,12 +164,12 @@ class Page:
 
     def show(self, content: Content) -> None:
         """Show contents: send those that differ from what was sent."""
-        for path, one in content.items():
-            if self.sent.get(path, self) != one:
-                self.sent[path] = one
+        for path, part in content.items():
+            if self.sent.get(path, self) != part:
+                self.sent[path] = part
                 if path == ("dark",):
-                    choose_theme(self.client, dark=one)
-                self.send(one, *path)
+                    choose_theme(self.client, dark=part)
+                self.send(part, *path)
 
     def show_again(self) -> None:
         """Send what the visitor has set once more, so that an invalid choice is corrected."""
@@ -185,8 +185,8 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
-        one = {"text": typeset(text), "error": error}
-        self.queue(lambda said: said if one in said else [*said, one], [], "say")
+        announced = {"text": typeset(text), "error": error}
+        self.queue(lambda said: said if announced in said else [*said, announced], [], "say")
 
     def send(self, content: Any, *path: str) -> None:
         """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
@@ -288,14 +288,14 @@ def mark_style(kind: str) -> str:
 
 def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
     """The key of a chart: the styles of its lines, by their first word, and the kinds of marks."""
-    own = [line for line in lines if line["label"] and not line.get("second")]
-    styles = dict.fromkeys(run[2].split()[0] for line in own for run in line["runs"])
-    found = [(f"line {style}", style) for style in styles]
+    labelled = [line for line in lines if line["label"] and not line.get("second")]
+    styles = dict.fromkeys(run[2].split()[0] for line in labelled for run in line["runs"])
+    styled = [(f"line {style}", style) for style in styles]
     if any(line.get("second") for line in lines):
-        found.append(("line second", "compared with"))
-    kinds = dict.fromkeys(one["kind"] for one in marks)
+        styled.append(("line second", "compared with"))
+    kinds = dict.fromkeys(mark["kind"] for mark in marks)
     return [
-        *({"style": style, "text": text} for style, text in found),
+        *({"style": style, "text": text} for style, text in styled),
         *({"style": mark_style(kind), "text": kind, "sign": sign(kind)} for kind in kinds),
     ]
 
@@ -339,8 +339,8 @@ def hint(name: str, text: str, key: str = "") -> str:
 
 def number_box(id: str, key: str, **values: Any) -> str:
     """A field for a number, with a decimal point or comma (page.js)."""
-    own = {"class_": "number", "inputmode": "decimal", "autocomplete": "off"}
-    return f'<input type="text"{attributes(id=id, data_set=key, **own, **values)}>'
+    usual = {"class_": "number", "inputmode": "decimal", "autocomplete": "off"}
+    return f'<input type="text"{attributes(id=id, data_set=key, **usual, **values)}>'
 
 
 def slider(key: str, label: str, help: str = "", **values: Any) -> str:
@@ -361,7 +361,7 @@ def checkbox(key: str, label: str, help: str = "") -> str:
 
 def options(choices: Choices) -> str:
     """The options of a select element."""
-    labels = choices if isinstance(choices, Mapping) else {one: one for one in choices}
+    labels = choices if isinstance(choices, Mapping) else {name: name for name in choices}
     parts = (f"<option{attributes(value=key)}>{escape(labels[key])}</option>" for key in labels)
     return "".join(parts)
 
@@ -376,8 +376,8 @@ def select(key: str, label: str, choices: Choices, help: str = "", id: str = "")
 
 def group(name: str, *parts: str, **values: str) -> str:
     """A row of controls (HTML) with the accessible name `name`."""
-    own = attributes(aria_label=name, **{"class_": "row", **values})
-    return f'<div role="group"{own}>{"".join(parts)}</div>'
+    named = attributes(aria_label=name, **{"class_": "row", **values})
+    return f'<div role="group"{named}>{"".join(parts)}</div>'
 
 
 # HTML of texts
@@ -406,10 +406,10 @@ def waiting_place(id: str) -> str:
 def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **values: str) -> str:
     """A table of cells with the accessible name `name` and a caption (HTML)."""
     title = f"<caption>{caption}</caption>" if caption else ""
-    head = "".join(f'<th scope="col">{one}</th>' for one in heads)
+    head = "".join(f'<th scope="col">{heading}</th>' for heading in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    own = attributes(aria_label=name, **values)
-    return f"<table{own}>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    named = attributes(aria_label=name, **values)
+    return f"<table{named}>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def polyline(x: np.ndarray, y: np.ndarray, kind: str, **values: Any) -> str:

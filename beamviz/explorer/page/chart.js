@@ -51,7 +51,7 @@ const BeamvizChart = (() => {
       this.events = make(this.plot, "div", { class: "events", role: "group" });
     }
 
-    /** @param {Chart} data */
+    /** @param {ChartUpdate} data */
     set(data) {
       const before = this.data;
       this.data = { ...before, ...data };

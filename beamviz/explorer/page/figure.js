@@ -123,7 +123,7 @@ const beamvizFigure = (() => {
    * The y of a line at x, NaN where it has none, and the run it is in there.
    * @param {Pick<Curve, "at" | "y" | "runs">} line
    * @param {number} x
-   * @returns {[number, Line["runs"][0] | undefined]}
+   * @returns {[number, ChartLine["runs"][0] | undefined]}
    */
   function valueAt({ at, y, runs }, x) {
     if (!(x >= at[0] && x <= at[at.length - 1])) return [NaN, undefined];
@@ -154,13 +154,13 @@ const beamvizFigure = (() => {
   class Figure {
     /**
      * @param {HTMLElement} host
-     * @param {Chart} data of which the rest comes by `set`, before the first drawing
+     * @param {ChartUpdate} data of which the rest comes by `set`, before the first drawing
      * @param {number} dimensions of the place
      * @param {string} style of its handle
      */
     constructor(host, data, dimensions, style) {
       this.host = host;
-      this.data = /** @type {Required<Chart>} */ (data);
+      this.data = /** @type {Required<ChartUpdate>} */ (data);
       this.dimensions = dimensions;
       // of the drawing: its scales, the sides of its frame, the width of a label
       this.px = this.py = scale([0, 1], false, 0, 1);

@@ -25,7 +25,7 @@ const BeamvizMap = (() => {
       this.canvas = make(this.field, "canvas", { "aria-hidden": "true" });
     }
 
-    /** @param {Chart} data */
+    /** @param {ChartUpdate} data */
     set(data) {
       const before = this.data.values;
       this.data = { ...this.data, ...data };

@@ -9,7 +9,7 @@ interface Axis {
   log: boolean;
 }
 
-interface Line {
+interface ChartLine {
   label: string;
   y: Array<number | null>;
   runs: Array<[number, number, string, string]>;
@@ -30,7 +30,7 @@ interface Mark {
   value?: string | number | boolean | null;
 }
 
-interface Key {
+interface KeyEntry {
   style: string;
   text: string;
   sign: string;
@@ -58,14 +58,14 @@ interface Region {
   text: string;
 }
 
-interface Chart {
+interface ChartUpdate {
   name?: string;
   message?: string;
   x?: Axis;
   y?: Axis;
   at?: Array<number | null>;
-  lines?: Array<Line>;
-  keys?: Array<Key>;
+  lines?: Array<ChartLine>;
+  keys?: Array<KeyEntry>;
   perRev?: PerRev | null;
   gaps?: Array<[number, number, string]>;
   marks?: Array<Mark>;
@@ -80,7 +80,7 @@ interface Chart {
   regions?: Array<Region>;
 }
 
-interface Caption {
+interface PlacedCaption {
   name: string;
   text: string;
   anchor: string;
@@ -97,8 +97,8 @@ interface Update {
   html?: Record<string, string>;
   values?: Record<string, string | number | boolean | null | Array<number>>;
   props?: Record<string, Record<string, string | number | boolean | null>>;
-  charts?: Record<string, Chart>;
-  captions?: Array<Caption>;
+  charts?: Record<string, ChartUpdate>;
+  captions?: Array<PlacedCaption>;
   open?: string;
   point?: Array<string>;
   dark?: boolean;

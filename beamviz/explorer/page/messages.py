@@ -19,25 +19,24 @@ class Message(Struct, forbid_unknown_fields=True):
 
 
 class Axis(Message):
-    """An axis of a chart or a map. unit: "" for a dimensionless number; log: logarithmic."""
+    """An axis of a chart or a map."""
 
     label: str
     symbol: str
-    unit: str
+    unit: str  # "" for a dimensionless number
     range: tuple[float, float]
-    log: bool = False
+    log: bool = False  # logarithmic
 
 
-class Line(Message, omit_defaults=True):
-    """A line of a chart in runs [first point, last point, style, name]. label: at its end, "" for
-    none; at: its own x, else that of the chart; second: of another beam; dots: marked points."""
+class ChartLine(Message, omit_defaults=True):
+    """A line of a chart."""
 
-    label: str
+    label: str  # at its end, "" for none
     y: Numbers
-    runs: list[tuple[int, int, str, str]]
-    at: Numbers | UnsetType = UNSET
-    second: bool = False
-    dots: bool = False
+    runs: list[tuple[int, int, str, str]]  # first point, last point, style and name of each part
+    at: Numbers | UnsetType = UNSET  # x, where it is not that of the chart
+    second: bool = False  # of a second beam
+    dots: bool = False  # its points are marked
 
 
 class Mark(Message, omit_defaults=True):
@@ -54,7 +53,7 @@ class Mark(Message, omit_defaults=True):
     value: Scalar = None
 
 
-class Key(Message):
+class KeyEntry(Message):
     """An entry of the key of a chart: a style of lines, or a sign of marks, and what it means."""
 
     style: str
@@ -92,42 +91,36 @@ class Region(Message):
     text: str
 
 
-class Chart(Message, omit_defaults=True):
-    """A chart, or a map if it has `values`; what is not given stays.
+class ChartUpdate(Message, omit_defaults=True):
+    """A chart, or a map if it has `values`; what is not given stays."""
 
-    name: accessible name; message: why there are no lines; x, y: axes; at: x of the lines; keys: of
-    lines and marks; gaps: parts of the x axis without lines, with a text; cursor: the beam shown;
-    chosen: the key of the mark at the beam; columns, values: of a map, row by row from the bottom;
-    colours: from the smallest to the largest of `range`; borders: between regions.
-    """
-
-    name: str | UnsetType = UNSET
-    message: str | UnsetType = UNSET
+    name: str | UnsetType = UNSET  # accessible name
+    message: str | UnsetType = UNSET  # why there are no lines
     x: Axis | UnsetType = UNSET
     y: Axis | UnsetType = UNSET
-    at: Numbers | UnsetType = UNSET
-    lines: list[Line] | UnsetType = UNSET
-    keys: list[Key] | UnsetType = UNSET
+    at: Numbers | UnsetType = UNSET  # x of the lines
+    lines: list[ChartLine] | UnsetType = UNSET
+    keys: list[KeyEntry] | UnsetType = UNSET
     perRev: PerRev | UnsetType | None = UNSET
-    gaps: list[tuple[float, float, str]] | UnsetType = UNSET
+    gaps: list[tuple[float, float, str]] | UnsetType = UNSET  # of the x axis, without lines; text
     marks: list[Mark] | UnsetType = UNSET
-    cursor: Cursor | UnsetType | None = UNSET
-    chosen: str | UnsetType = UNSET
-    columns: int | UnsetType = UNSET
-    values: Numbers | UnsetType = UNSET
-    colours: list[tuple[int, int, int]] | UnsetType = UNSET
+    cursor: Cursor | UnsetType | None = UNSET  # at the beam shown
+    chosen: str | UnsetType = UNSET  # the key of the mark at the beam shown
+    columns: int | UnsetType = UNSET  # of a map
+    values: Numbers | UnsetType = UNSET  # of a map, row by row from the bottom
+    colours: list[tuple[int, int, int]] | UnsetType = UNSET  # from one end of `range` to the other
     range: tuple[float, float] | UnsetType = UNSET
     value: Value | UnsetType = UNSET
-    borders: list[tuple[Numbers, Numbers]] | UnsetType = UNSET
+    borders: list[tuple[Numbers, Numbers]] | UnsetType = UNSET  # between regions: x, y
     regions: list[Region] | UnsetType = UNSET
 
 
-class Caption(Message):
-    """A text at a node of the scene; anchor: the side of the text that is there."""
+class PlacedCaption(Message):
+    """A text at a node of the scene."""
 
     name: str
     text: str
-    anchor: str
+    anchor: str  # the side of the text that is at the node
 
 
 class Said(Message):
@@ -138,31 +131,22 @@ class Said(Message):
 
 
 class Update(Message, omit_defaults=True):
-    """A message to the page; what is not given stays.
+    """A message to the page; what is not given stays."""
 
-    bridge: the id of the control that takes actions, first in a session, which begins anew;
-    handled: the number of the last action whose effect is shown from now on; html: of elements, by
-    id; values: shown by controls, by key; props: attributes of controls and
-    elements; charts: by the id of their element; captions: over the scene; open: the open tab;
-    point: controls to highlight; dark: the theme; address: the query of the page's address; met:
-    lessons whose challenge is met, for the browser to keep; say: announcements; ready: all actions
-    have handlers.
-    """
-
-    bridge: str | UnsetType = UNSET
-    handled: int | UnsetType = UNSET
-    html: dict[str, str] | UnsetType = UNSET
-    values: dict[str, Scalar | list[float]] | UnsetType = UNSET
-    props: dict[str, dict[str, Scalar]] | UnsetType = UNSET
-    charts: dict[str, Chart] | UnsetType = UNSET
-    captions: list[Caption] | UnsetType = UNSET
-    open: str | UnsetType = UNSET
-    point: list[str] | UnsetType = UNSET
-    dark: bool | UnsetType = UNSET
-    address: str | UnsetType = UNSET
-    met: list[str] | UnsetType = UNSET
-    say: list[Said] | UnsetType = UNSET
-    ready: bool | UnsetType = UNSET
+    bridge: str | UnsetType = UNSET  # id of the control that takes actions: a session begins
+    handled: int | UnsetType = UNSET  # number of the last action whose effect is shown from now on
+    html: dict[str, str] | UnsetType = UNSET  # contents of elements, by id
+    values: dict[str, Scalar | list[float]] | UnsetType = UNSET  # shown by controls, by key
+    props: dict[str, dict[str, Scalar]] | UnsetType = UNSET  # attributes, by key or id
+    charts: dict[str, ChartUpdate] | UnsetType = UNSET  # by the id of their element
+    captions: list[PlacedCaption] | UnsetType = UNSET  # over the scene
+    open: str | UnsetType = UNSET  # the open tab
+    point: list[str] | UnsetType = UNSET  # controls to highlight
+    dark: bool | UnsetType = UNSET  # the theme
+    address: str | UnsetType = UNSET  # the query of the page's address
+    met: list[str] | UnsetType = UNSET  # lessons whose challenge is met, for the browser to keep
+    say: list[Said] | UnsetType = UNSET  # announcements
+    ready: bool | UnsetType = UNSET  # all actions have handlers
 
 
 Action = tuple[int, str, Scalar]  # its number, which grows, the name and the value

@@ -24,7 +24,7 @@ interface Part extends HTMLInputElement {
 
 /** A chart or a map (chart.js, map.js). */
 interface ChartOrMap {
-  set(data: Chart): void;
+  set(data: ChartUpdate): void;
   reveal?(key: string): void;
 }
 
@@ -37,7 +37,7 @@ interface Scale {
 }
 
 /** A line of a chart with an x of its own. */
-interface Curve extends Line {
+interface Curve extends ChartLine {
   at: number[];
 }
 

@@ -12,7 +12,7 @@ const beamviz = (() => {
   const values = {};
   /** @type {NonNullable<Update["props"]>} */
   const props = {};
-  /** @type {Record<string, Chart>} */
+  /** @type {Record<string, ChartUpdate>} */
   const drawn = {};
   /** @type {Record<string, string>} */
   const texts = {};
@@ -293,7 +293,7 @@ const beamviz = (() => {
 
   /**
    * @param {string} id
-   * @param {Chart} data
+   * @param {ChartUpdate} data
    */
   function draw(id, data) {
     drawn[id] = { ...drawn[id], ...data };

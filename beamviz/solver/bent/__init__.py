@@ -256,8 +256,8 @@ def _errors(state: BentState, modes: BentModes, lack: np.ndarray) -> tuple[np.nd
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    tails = np.array([(state.q[along] ** 2).sum() for along, _ in bent.trial.highest])
-    lost = 4 * tails / (bent.beam.mu * (bent.w @ state.f)) ** 2
+    tails = [bent.Z[:, along] @ state.q[along] for along, _ in bent.trial.highest]
+    lost = 4 * np.array([bent.w @ tail**2 for tail in tails]) / (bent.w @ state.f) ** 2
     relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
 

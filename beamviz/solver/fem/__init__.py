@@ -87,7 +87,7 @@ def with_rotary_inertia(
     model: CubicElements, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Factors of the mass matrices and the stiffness across the beam with bodies that turn: as in
-    `hp.modes.add_rotary_inertia`."""
+    `mechanics.straight.add_rotary_inertia`."""
     masses, nodes = model.beam.masses, model.nodes
     Jx, Jy, Jz = np.array([mass.inertia for mass in masses]).T
     J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)
