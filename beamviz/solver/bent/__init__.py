@@ -213,7 +213,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
 def _without_lack(state: BentState, modes: BentModes) -> tuple[BentModes, np.ndarray]:
     """The modes, with s about a stable state less what it is too high by, as the elements that span
     stations lack functions; and the lack (elements, modes) of v* T(s) v that may be left."""
-    if not state.beam.trial.is_kinked.any():
+    if not state.beam.trial.has_kinks:
         return modes, np.zeros((len(state.beam.elements.orders), len(modes.s)))
     lack = lack_of_modes(state, modes.s, modes.V)
     if state.beam.beam.spin_up:
@@ -236,7 +236,7 @@ def _errors(state: BentState, modes: BentModes, lack: np.ndarray) -> tuple[np.nd
     energies = _energies(state, V)
     kinked = bent.trial.is_kinked
     truncation = np.where(kinked[:, None], lack, _contributions_to_shapes(state, modes))
-    f, kappa = lack_of_state(state) if kinked.any() else (0 * state.f, 0 * state.f)
+    f, kappa = lack_of_state(state) if bent.trial.has_kinks else (0 * state.f, 0 * state.f)
     for k, highest in enumerate(bent.highest):
         if kinked[k]:
             here = bent.trial.element_of_points == k
@@ -298,7 +298,8 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     moved = state.displaced(V)
     theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    profile = profile_of(state)
+    whole = state.shifted(*lack_of_state(state)) if bent.trial.has_kinks else state
+    profile = profile_of(whole)
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
     stats = Stats(bent.size, "hp", len(orders), max(orders))
