@@ -25,7 +25,7 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
-from beamviz.solver.bent.lack import lack_of_modes, lack_of_state
+from beamviz.solver.bent.lack import lack_of_modes, lack_of_state, whole
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
@@ -200,7 +200,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     _check_unknowns(refined)
     old = state.beam
     beam, steady = old.on(refined), not old.beam.spin_up
-    q = state.resampled(beam)
+    q = whole(state).resampled(beam)
     finer = newton(beam, q, stable=steady)
     if steady:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
@@ -298,8 +298,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     moved = state.displaced(V)
     theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    whole = state.shifted(*lack_of_state(state)) if bent.trial.has_kinks else state
-    profile = profile_of(whole)
+    profile = profile_of(whole(state))
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
     stats = Stats(bent.size, "hp", len(orders), max(orders))

@@ -32,6 +32,11 @@ def lack_of_state(state: BentState) -> tuple[NDArray, NDArray]:
     return -of_stretch / axial, -of_angle / bending
 
 
+def whole(state: BentState) -> BentState:
+    """The state with what it lacks; see `BentState.shifted`."""
+    return state.shifted(*lack_of_state(state)) if state.beam.trial.has_kinks else state
+
+
 def lack_of_modes(state: BentState, s: NDArray, V: NDArray) -> NDArray:
     """r* D^-1 r (elements, modes) of modes with exponents s and vectors V (size, modes), r the
     residual T(s) v at the Gauss points: in the elements that span stations, 0 in the others."""
