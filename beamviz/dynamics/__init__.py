@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.integration import Control
+from beamviz.dynamics.integration import Budget, Control
 from beamviz.dynamics.meshes import first_mesh, refined
 from beamviz.dynamics.result import Motion, MotionStats
 from beamviz.dynamics.run import Mesh, Run, run, start_solution
@@ -97,24 +97,37 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     their number is doubled while the orders of the mesh are raised. Without damping there is one
     more in between, with about as many steps as in the first, of equal length.
     """
-    mesh, steps = first_mesh(fastest(case), case.problem), None
-    last, change = attempt(case, solution, mesh, steps), math.inf
+    mesh, steps, budget = first_mesh(fastest(case), case.problem), None, Budget()
+    last, change = attempt(case, solution, mesh, steps, budget), math.inf
     for runs in range(2, REFINEMENTS + 2):
         doubled = runs > 2 or case.damping > 0
         before, steps, mesh = last, divided_steps(case, last, 1 + doubled), refined(mesh)
-        last, change_before = attempt(case, solution, mesh, steps), change
+        last, change_before = attempt(case, solution, mesh, steps, budget), change
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(case, last, before)
         error = estimate(case, change, change_before)
         if doubled and isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
+        if not budget.allows_another:
+            break
     if isinstance(last, BeamvizError):
         raise last
-    raise NotConverged(
-        f"the position of the tip still changes by {change:.1e} L with {len(mesh.orders)} elements"
-        f" of order {max(mesh.orders)} and {len(last.path.q)} steps; ask for a larger tolerance or"
-        " a shorter time"
+    raise not_settled(case, before, last)
+
+
+def not_settled(case: Case, before: Run | BeamvizError, last: Run) -> BeamvizError:
+    """The error for a motion of which two runs differ by more than the tolerance."""
+    if isinstance(before, BeamvizError):
+        return before
+    t = np.linspace(0.0, case.until, COMPARED)
+    apart = np.linalg.norm(last.tip(t) - before.tip(t), axis=1)
+    agree = t[max(int(np.argmax(apart > case.tolerance)) - 1, 0)]
+    return NotConverged(
+        f"the position of the tip is known to {case.tolerance:g} L until t = {agree:.3g} only;"
+        f" then it still changes by up to {apart.max():.1e} L with {len(last.path.q)} steps and"
+        f" {last.path.beam.size} unknowns, as small differences grow; ask for a shorter time or a"
+        " larger tolerance"
     )
 
 
@@ -151,11 +164,14 @@ def estimate(case: Case, change: float, before: float) -> float:
     return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * case.tolerance
 
 
-def attempt(case: Case, solution: Solution, mesh: Mesh, ends: NDArray | None) -> Run | BeamvizError:
+def attempt(
+    case: Case, solution: Solution, mesh: Mesh, ends: NDArray | None, budget: Budget
+) -> Run | BeamvizError:
     """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
     succeed."""
     try:
-        control = Control(TAIL * case.tolerance, case.until, ends=ends, progress=case.report)
+        tail = TAIL * case.tolerance
+        control = Control(tail, case.until, ends=ends, progress=case.report, budget=budget)
         return run(case, solution, mesh, control)
     except (NoEquilibrium, NotConverged) as error:
         return error

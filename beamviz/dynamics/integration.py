@@ -31,7 +31,14 @@ SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 3.0  # of the next step over this one
 REPEATED = 2.0  # times the tolerance: a step that is worse is repeated
 RECOVERY = 1.02  # of the longest step, in each step after a failure
 GROWS = 1.2  # a smaller growth is not worth new factors
-MAX_STEPS = 100_000
+MAX_STEPS = 100_000  # of one run
+# A motion that is not known within so many seconds is given up: one processor, 10 stages.
+SECONDS = 20.0
+STEP_TIME, LARGE = (
+    1e-3,
+    40,
+)  # [s] of a step, and the number of unknowns from which it grows with these
+GROWTH = 1.5  # of the work, from one run to the next
 SMALLEST = 1e-9  # step over the whole time at which Newton's method is given up
 BEFORE = 1 - 1e-9  # the end of a step belongs to it where the speed has a corner
 
@@ -64,16 +71,48 @@ class Path:
 
 
 @dataclass
-class Control:
-    """How the steps are chosen. tolerance: of the highest coefficient of a step [L]; until: the end
-    of the motion; step: a constant length instead; ends: the ends of the steps instead, which are
-    divided further where Newton's method fails; progress: called with the time after each step."""
+class Budget:
+    """The work of all runs of a motion, by a model of its time: see SECONDS. It ends at the same
+    step on every machine."""
 
-    tolerance: float
-    until: float
-    step: float | None = None
-    ends: NDArray | None = None
-    progress: Callable[[float], object] = float
+    spent: float = 0.0  # [s]
+    before: float = 0.0  # at the start of the last run
+
+    def begin(self) -> None:
+        """Begin a run."""
+        self.before = self.spent
+
+    def step(self, t: float, size: int) -> None:
+        """Count a step that ends at t, of `size` unknowns; raises NotConverged where it is one too
+        many."""
+        self.spent += step_time(size)
+        if self.spent > SECONDS:
+            raise NotConverged(
+                f"t = {t:.4g}: not computed to the end within {SECONDS:g} s; ask for a shorter time"
+                " or a larger tolerance"
+            )
+
+    @property
+    def allows_another(self) -> bool:
+        """Whether a finer run is likely to come to its end."""
+        return self.spent + GROWTH * (self.spent - self.before) <= SECONDS
+
+
+def step_time(size: int) -> float:
+    """The time [s] of a step with so many unknowns."""
+    return STEP_TIME * (1 + (size / LARGE) ** 2)
+
+
+@dataclass
+class Control:
+    """How the steps are chosen."""
+
+    tolerance: float  # of the highest coefficient of a step [L]
+    until: float  # the end of the motion
+    step: float | None = None  # a constant length instead
+    ends: NDArray | None = None  # of the steps, divided further where Newton's method fails
+    progress: Callable[[float], object] = float  # called with the time after each step
+    budget: Budget | None = None  # None where the resolution is given
     steps: int = 0
     failures: int = 0
 
@@ -94,10 +133,12 @@ class Control:
         large in the velocity, and in the short steps of a fine run there are many of them."""
         return max(self.tolerance * min(CONVERGED, LEFT * h * h / self.until), ROUNDED)
 
-    def count(self, t: float) -> None:
-        """Count a step that ends at t."""
+    def count(self, t: float, size: int) -> None:
+        """Count a step that ends at t, of `size` unknowns."""
         self.steps += 1
         self.progress(t)
+        if self.budget:
+            self.budget.step(t, size)
         if self.steps > MAX_STEPS:
             raise NotConverged(
                 f"t = {t:.4g}: more than {MAX_STEPS} steps; ask for a shorter time or a larger"
@@ -283,7 +324,7 @@ def integrate(
             t, q, v, a = record.t[-1], step.q, step.v, step.accelerations[-1]
             guess = np.broadcast_to(step.rates[0], guess.shape)
             equation.check(t, q, v)
-            control.count(t)
+            control.count(t, equation.size)
             length = h if 1 <= factor < GROWS else h * factor
             most *= RECOVERY
     return q, v, length

@@ -79,6 +79,8 @@ def start_solution(case: Case) -> Solution:
 
 def run(case: Case, solution: Solution, mesh: Mesh, control: Control) -> Run:
     """Integrates a case. Raises NoEquilibrium and NotConverged."""
+    if control.budget:
+        control.budget.begin()
     first = equation_of(case, mesh, case.parts[0].with_mass)
     beam, gamma = first.beam, case.first_speed
     q = start.equilibrium(beam, solution)
