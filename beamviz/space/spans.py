@@ -22,7 +22,9 @@ from beamviz.solver.constitutive import StrainLaw
 AT_END = 1e-13  # distance by which rounding may move a body from the end of a span
 SAMPLES = 9  # of a span, besides its ends, at which its least stiffness is sought
 LEAST = 0.9  # of the least sample of a polynomial, which may fall below it between two samples
-SPREAD = 3.0  # greatest ratio of a property within an element that spans stations of a blade
+# Greatest ratio of a property within an element that spans stations of a blade: from 1.5 to 30 the
+# time of seven blades of 33 to 52 stations changes by a quarter.
+SPREAD = 3.0
 JUMP = 1e-3  # relative, of a property, from which a layer gets an element of its own at once
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
 

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -29,10 +29,7 @@ from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
 from beamviz.space.spans import AT_END
 
 QUADRATURE = 0.1  # share of the error allowed that the quadrature of 1 / E I may have
-# Functions in the tail of an element with stations inside, where single coefficients may vanish:
-# with four the errors of 31 random deflected blades are at most 0.2 of their bars, with two 11.
-KINKED_TAIL = 4
-TAIL = 2  # functions in the tail of any other: one even, one odd
+TAIL = 2  # functions in the tail of an element: one even, one odd
 # Size of the ellipse around a piece through a pole of 1 / E I or 1 / E A from which the piece is
 # not divided: the quadrature then gains 1.1 digits with each point.
 LEAST_ELLIPSE = 3.5
@@ -199,23 +196,18 @@ class Trial:
     def force_tails(self) -> NDArray:
         """Matrix (..., tails, n): the stretch at the points -> its coefficients of `force`."""
         *stack, n = self.grid.weights.shape
-        firsts = [0, *accumulate(self.tail_sizes)]
-        rows = np.zeros((*stack, firsts[-1], n))
+        rows = np.zeros((*stack, TAIL * len(self.blocks), n))
         weights = self.grid.weights * self.EA
-        ends = zip(self.blocks, self.force, pairwise(firsts), strict=True)
-        for block, functions, (first, last) in ends:
-            rows[..., first:last, block.points] = (functions * weights[..., block.points, None]).mT
+        for k, (block, functions) in enumerate(zip(self.blocks, self.force, strict=True)):
+            rows[..., TAIL * k : TAIL * (k + 1), block.points] = (
+                functions * weights[..., block.points, None]
+            ).mT
         return read_only(rows)
-
-    @cached_property
-    def tail_sizes(self) -> tuple[int, ...]:
-        """The number of functions in the tail of each element."""
-        return tuple(KINKED_TAIL if count > 1 else TAIL for count in self.counts)
 
     @cached_property
     def tail_starts(self) -> NDArray:
         """The first of the tail of each element (elements,) among the functions of all tails."""
-        return np.cumsum([0, *self.tail_sizes[:-1]])
+        return TAIL * np.arange(len(self.blocks))
 
     def by_element(self, energies: NDArray) -> NDArray:
         """Sums (..., elements) of energies (..., tails, k), for each k: (..., k, elements)."""
@@ -223,11 +215,10 @@ class Trial:
 
     @cached_property
     def highest(self) -> list[tuple[NDArray, NDArray]]:
-        """Numbers of the highest functions of each element, of stretch and of bending: the two
-        highest, more where a property has kinks inside."""
+        """Numbers of the two highest functions of each element, of stretch and of bending."""
         return [
-            (np.arange(along.stop - tail, along.stop), np.arange(across.stop - tail, across.stop))
-            for (_, along, across, _, _), tail in zip(self.blocks, self.tail_sizes, strict=True)
+            (np.arange(along.stop - TAIL, along.stop), np.arange(across.stop - TAIL, across.stop))
+            for _, along, across, _, _ in self.blocks
         ]
 
     @cached_property
@@ -300,15 +291,15 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
     x = grid.points
     rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
     parts, force = [], []
-    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), pieces.counts, strict=True)
-    for (points, along, across), (start, stop), count in ends:
+    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), strict=True)
+    for (points, along, across), (start, stop) in ends:
         xi, w = (2 * x[points] - start - stop) / (stop - start), grid.weights[points]
-        order, tail = across.stop - across.start, KINKED_TAIL if count > 1 else TAIL
+        order = across.stop - across.start
         stretch = orthonormal(xi, w, EA[points], order)
         bending_functions = orthonormal(xi, w, EI[points], order)
         modes_along = stretch[:, : along.stop - along.start]
         parts.append(Block(points, along, across, modes_along, bending_functions))
-        force.append(stretch[:, -tail:])
+        force.append(stretch[:, -TAIL:])
     mesh = Mesh(grid, grid.integration_matrix)
     lost = QUADRATURE * share
     return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost)

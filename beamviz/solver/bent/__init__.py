@@ -15,6 +15,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics.straight_residual import LEFT
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentState, product
 from beamviz.solver.bent.equilibrium import (
@@ -24,6 +25,7 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
+from beamviz.solver.bent.lack import lack_of_modes, lack_of_state, whole
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
@@ -58,8 +60,8 @@ def solve_bent(
     state = _state_near(beam, problem, near) or _first_state(beam, problem)
     for _ in range(MAX_ATTEMPTS):
         interruption.get()()
-        modes = bent_modes(state, count)
-        truncation, rounding = _errors(state, modes)
+        modes, lack = _without_lack(state, bent_modes(state, count))
+        truncation, rounding = _errors(state, modes, lack)
         allowed = problem.tolerance * abs(modes.s) + rounding
         excess = (truncation / allowed)[:, : problem.modes]
         worst = excess.sum(axis=0).argmax()
@@ -183,7 +185,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     _check_unknowns(refined)
     old = state.beam
     beam, steady = old.on(refined), not old.beam.spin_up
-    q = state.resampled(beam)
+    q = whole(state).resampled(beam)
     finer = newton(beam, q, stable=steady)
     if steady:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
@@ -193,22 +195,45 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     return BentState(finer.beam, finer.q, state.iterations + finer.iterations)
 
 
-def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
+def _without_lack(state: BentState, modes: BentModes) -> tuple[BentModes, np.ndarray]:
+    """The modes, with s about a stable state less what it is too high by, as the elements that span
+    stations lack functions; and the lack (elements, modes) of v* T(s) v that may be left."""
+    if not state.beam.trial.has_kinks:
+        return modes, np.zeros((len(state.beam.elements.orders), len(modes.s)))
+    lack = lack_of_modes(state, modes.s, modes.V)
+    if state.beam.beam.spin_up:
+        return modes, lack
+    shift = lack.sum(axis=0) / np.maximum(modes.pairing, TINY)
+    left = np.where(shift < modes.s.imag, LEFT, 1.0)  # just past buckling it may be more than s
+    s = modes.s - 1j * np.where(left < 1, shift, 0.0)
+    return modes._replace(s=s), left * lack
+
+
+def _errors(state: BentState, modes: BentModes, lack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
     The truncation error is what the highest functions of each element contribute to v* T(s) v,
-    T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes. Divided by
-    y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for straight
-    beams.
+    T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes; in elements
+    that span stations what state and shapes lack. Divided by y* T'(s) v it is the change of s. The
+    quadrature of the stretch adds what it adds for straight beams.
     """
     bent, s, V = state.beam, modes.s, modes.V
     energies = _energies(state, V)
-    truncation = _contributions_to_shapes(state, modes)
+    kinked = bent.trial.is_kinked
+    truncation = np.where(kinked[:, None], lack, _contributions_to_shapes(state, modes))
+    f, kappa = lack_of_state(state) if bent.trial.has_kinks else (0 * state.f, 0 * state.f)
     for k, highest in enumerate(bent.highest):
-        lower = state.q.copy()
-        lower[highest] = 0.0
-        dK, dC, dM = _energies(BentState(bent, lower), V) - energies
+        if kinked[k]:
+            here = bent.trial.element_of_points == k
+            other = state.shifted(here * f, here * kappa)
+        else:
+            lower = state.q.copy()
+            lower[highest] = 0.0
+            other = BentState(bent, lower)
+        dK, dC, dM = _energies(other, V) - energies
         truncation[k] += abs(dK + s * dC + s**2 * dM)
+    quadrature = bent.trial.quadrature / (TRUNCATION_FACTOR * len(kinked))
+    truncation += quadrature * abs(energies[0])
     slope = np.maximum(2 * abs(s), TINY)  # of s^2
     squared = slope * truncation / np.maximum(modes.pairing, TINY)
     rigid = (V.conj() * product(state.rigidity, V)).sum(axis=0).real / energies[2].real
@@ -258,7 +283,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     moved = state.displaced(V)
     theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    profile = profile_of(state)
+    profile = profile_of(whole(state))
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
     stats = Stats(bent.size, "hp", len(orders), max(orders))

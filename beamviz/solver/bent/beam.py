@@ -126,6 +126,17 @@ class BentState(PlanarState):
         rows = self.beam.grid.at(beam.grid.points)
         return beam.fitted(rows @ self.f, rows @ self.kappa, self.root_angle)
 
+    def shifted(self, f: NDArray, kappa: NDArray) -> "BentState":
+        """The state with changes of the stretch and of kappa (n,) at the Gauss points, which are no
+        sums of trial functions; only for integrals of changes of its unknowns."""
+        other, bent = BentState(self.beam, self.q), self.beam
+        other.f, other.kappa = self.f + f, self.kappa + kappa
+        other.theta = self.theta + bent.trial.J @ kappa
+        other.e = np.exp(1j * other.theta)
+        other.slope = other.f * other.e
+        other.R = bent.to_masses(other.slope) + bent.beam.delta
+        return other
+
     @property
     def mirrored(self) -> "BentState":
         """Its mirror image, bent to the other side."""
