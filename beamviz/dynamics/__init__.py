@@ -122,12 +122,18 @@ def not_settled(case: Case, before: Run | BeamvizError, last: Run) -> BeamvizErr
         return before
     t = np.linspace(0.0, case.until, COMPARED)
     apart = np.linalg.norm(last.tip(t) - before.tip(t), axis=1)
+    with_what = f"with {len(last.path.q)} steps and {last.path.beam.size} unknowns"
+    remedy = "ask for a shorter time or a larger tolerance"
+    if apart.max() <= case.tolerance:
+        return NotConverged(
+            f"the position of the tip still changes by {apart.max():.1e} L {with_what}, and not less"
+            f" than before, so it is not known to {case.tolerance:g} L; {remedy}"
+        )
     agree = t[max(int(np.argmax(apart > case.tolerance)) - 1, 0)]
     return NotConverged(
         f"the position of the tip is known to {case.tolerance:g} L until t = {agree:.3g} only;"
-        f" then it still changes by up to {apart.max():.1e} L with {len(last.path.q)} steps and"
-        f" {last.path.beam.size} unknowns, as small differences grow; ask for a shorter time or a"
-        " larger tolerance"
+        f" then it still changes by up to {apart.max():.1e} L {with_what}, as small differences"
+        f" grow; {remedy}"
     )
 
 
