@@ -126,8 +126,8 @@ def not_settled(case: Case, before: Run | BeamvizError, last: Run) -> BeamvizErr
     remedy = "ask for a shorter time or a larger tolerance"
     if apart.max() <= case.tolerance:
         return NotConverged(
-            f"the position of the tip still changes by {apart.max():.1e} L {with_what}, and not less"
-            f" than before, so it is not known to {case.tolerance:g} L; {remedy}"
+            f"the position of the tip still changes by {apart.max():.1e} L {with_what}, and not"
+            f" less than before, so it is not known to {case.tolerance:g} L; {remedy}"
         )
     agree = t[max(int(np.argmax(apart > case.tolerance)) - 1, 0)]
     return NotConverged(
