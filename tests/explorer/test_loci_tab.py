@@ -155,7 +155,7 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     wait_until(lambda: desk.number("gamma") == value(desk) == pytest.approx(3.0 + 10.8 * step))
     desk.key("Home", until=lambda: desk.number("gamma") == 0)
     desk.key("Tab")
-    assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
+    assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.4641, ω = 60.559"
     assert not desk.evaluate(f"{READOUT}.hidden")
     desk.key("Enter", until=lambda: desk.number("gamma") == crossing(TIP))
     set_speed(desk, 3.0)

@@ -490,7 +490,7 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
         axis = states.reshape(len(gammas), -1, len(row.shapes.x), 4)[middle, 0, :, :3]
         expected, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))
         assert axis == pytest.approx(expected, abs=2e-4)
-        for label in one["labels"]:
+        for label in one["modes"]:
             expected = there.frequencies[there.labels.index(label)]
             assert data["frequencies"][label][middle] == pytest.approx(expected, rel=1e-5)
 
