@@ -6,6 +6,7 @@ import io
 import json
 import math
 import os
+import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import is_dataclass
@@ -89,9 +90,12 @@ def replaced(path: str | Path) -> Iterator[Path]:
 
 
 def discard(part: Path) -> None:
-    """Delete a temporary file, unless it was renamed or was never there."""
-    with contextlib.suppress(OSError):
-        part.unlink()
+    """Delete a temporary file or folder, unless it was renamed or was never there."""
+    if part.is_dir():
+        shutil.rmtree(part, ignore_errors=True)
+    else:
+        with contextlib.suppress(OSError):
+            part.unlink()
     unfinished.discard(part)
 
 

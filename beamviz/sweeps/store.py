@@ -10,7 +10,6 @@ asynchronous tasks would print warnings on stderr if they were abandoned.
 import contextlib
 import errno
 import os
-import shutil
 import threading
 import warnings
 from collections.abc import Iterator
@@ -22,7 +21,7 @@ import numpy as np
 from beamviz.beam import NUMBERS, Beam
 from beamviz.datasets import in_files
 from beamviz.errors import InvalidInput, Unavailable, requires
-from beamviz.files import check_suffix, temporary
+from beamviz.files import check_suffix, discard, temporary, unfinished
 from beamviz.signals import defer_signals
 from beamviz.solver import solve_many
 from beamviz.solver.problem import OPTIONS, options_in
@@ -66,6 +65,7 @@ def created(plan: Plan, path: Path) -> bool:
     """Make the store of a sweep; False where another process has made one meanwhile."""
     solve_many([plan.beam], **plan.problem.options)  # raises where options do not fit
     part = temporary(path)
+    unfinished.add(part)
     try:
         part.mkdir()
         make_store(plan, part)
@@ -75,7 +75,7 @@ def created(plan: Plan, path: Path) -> bool:
             raise
         return False
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        discard(part)
     return True
 
 
