@@ -127,8 +127,8 @@ class Progress:
 
 
 class Computed:
-    """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
-    shown. second: that without stiffening, or the reason why there is none, "" where none is asked
+    """A computed motion, its spectrum, its greatest stress and the frequencies of the modes at its
+    end, ready to be shown. second: that without stiffening, or the reason why there is none, "" where none is asked
     for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
     of each; film: what the scene plays."""
 
@@ -142,7 +142,7 @@ class Computed:
         rate = max(rate, float(found.t[-1]) / LONGEST)
         self.film = Film(drawn_beam(found), shapes, other, rate, found.has_mass)
         self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
-        self.spectrum = found.spectrum(self.since)
+        self.spectrum, self.greatest_stress = found.spectrum(self.since), found.greatest_stress
         options = {name: one for name, one in request.options if name in MODEL}
         try:
             last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))

@@ -110,7 +110,7 @@ def notes(found: Computed, before: bool) -> str:
     if distance < error:
         far = f"less than {known} aside"
     tip = "Before the last change the tip was" if before else "The tip is"
-    text = f"<p>{tip} {far}.</p>"
+    text = f"<p>{tip} {far}.</p>" + page.strength(found.greatest_stress, units)
     if isinstance(found.second, str):
         text += page.note(found.second)
     elif found.film.diverged is not None:
