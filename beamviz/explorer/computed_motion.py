@@ -128,9 +128,9 @@ class Progress:
 
 class Computed:
     """A computed motion, its spectrum, its greatest stress and the frequencies of the modes at its
-    end, ready to be shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
-    of each; film: what the scene plays."""
+    end, ready to be shown. second: that without stiffening, or the reason why there is none, ""
+    where none is asked for; since: from when on [T*] the spectrum is taken; modes: label, family
+    and frequency [1/T*] of each; film: what the scene plays."""
 
     def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
         self.request, self.motion, self.second = request, found, second
