@@ -11,7 +11,7 @@ from beamviz.beam import NUMBERS, Beam, check_joint_limit
 from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.solver.problem import OPTIONS
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.units import (
     RAISED as RAISED,
 )
@@ -264,6 +264,24 @@ def yield_caution(solution: Solution) -> str:
     return (
         f"Stress up to {greatest}, above the yield stress, {limit}: the deformation would remain."
     )
+
+
+def strength_text(found: GreatestStress, units: Units | None) -> str:
+    """The greatest stress beside the yield stress."""
+    place = "the root"
+    if found.at:
+        along = lengths("position", "x", units)
+        place = along.text(found.at, 3)
+    told = f"Greatest stress: {stress_text(found.pascals)} at {place}"
+    if found.t is not None:
+        told += f" after {duration(found.t, units)}"
+    if not found.with_bending:
+        told += ", without that of bending, for which the height of the section is not known"
+    if found.yield_stress is None:
+        return f"{told}."
+    share = significant(100 * found.pascals / found.yield_stress, 2)
+    told += f": {share} % of the yield stress, {stress_text(found.yield_stress)}."
+    return f"{told} A real beam would not return to its shape." if found.yields else told
 
 
 def stress_text(pascals: float) -> str:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
 from beamviz.dynamics.integration import Path
 from beamviz.errors import InvalidInput
+from beamviz.solver.solution import GreatestStress, stress_of_deformation
 
 if TYPE_CHECKING:
     import xarray
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 # of them are computed together: a whole block takes 30 MB.
 STEP_SAMPLES, BLOCK, AT_ONCE = 4, 8192, 1024
 TABLE_ROWS = 21
+STRESS_POINTS, STRESS_TIMES = 200, 400  # at which the greatest stress is looked for
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,31 @@ class Motion:
             return passed[max(passed)]
         to_come = {time: there for there, time in events.items() if time is not None}
         return not to_come[min(to_come)] if to_come else bool(self.beam.alpha)
+
+    @cached_property
+    def greatest_stress(self) -> GreatestStress | None:
+        """The greatest stress in the motion, `pascals`, with its place x / L, `at`, its time, `t`,
+        and whether it `yields`, by the stretch and the curvature at a few hundred places and times;
+        None for a beam whose material is not known."""
+        units = self.beam.units
+        if units is None or units.youngs_modulus is None:
+            return None
+        t = self.t[:: math.ceil(len(self.t) / STRESS_TIMES)]
+        x = np.linspace(0.0, 1.0, STRESS_POINTS + 1)
+        step = np.diff(self.position(t, x), axis=1)
+        angle = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)  # between the points
+        between = (x[1:] + x[:-1]) / 2
+        # The beam leaves its clamp at an angle of 0.
+        angle = np.concatenate([np.zeros((len(t), 1)), angle], axis=1)
+        between = np.append(0.0, between)
+        curvature = np.diff(angle, axis=1) / np.diff(between)
+        places = between[1:] - np.diff(between) / 2
+        found = stress_of_deformation(units, self.stretch(t, places), curvature)
+        assert found
+        row, column = np.unravel_index(np.argmax(found.greatest), found.greatest.shape)
+        greatest, at = float(found.greatest[row, column]), float(places[column]) if column else 0.0
+        known = found.bending is not None
+        return GreatestStress(greatest, at, known, units.yield_stress, float(t[row]))
 
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier

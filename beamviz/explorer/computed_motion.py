@@ -153,7 +153,8 @@ class MotionProgress:
 
 
 class Computed:
-    """A computed motion, its spectrum and the frequencies of the modes at its end.
+    """A computed motion, its spectrum, its greatest stress and the frequencies of the modes at its
+    end.
 
     second: the motion without stiffening, or the reason why there is none, "" where none is asked
     for; since: the time [T*] from which on the spectrum is taken; modes: label, family and
@@ -170,7 +171,7 @@ class Computed:
         rate = max(rate, float(result.t[-1]) / LONGEST)
         self.film = Film(drawn_beam(result), shapes, other, rate, result.has_mass)
         self.since = self.experiment.event if self.experiment.event < 0.7 * result.t[-1] else 0.0
-        self.spectrum = result.spectrum(self.since)
+        self.spectrum, self.greatest_stress = result.spectrum(self.since), result.greatest_stress
         options = {name: value for name, value in request.options if name in MODEL}
         try:
             last = self.experiment.last_beam(self.beam, float(result.gamma[-1]))

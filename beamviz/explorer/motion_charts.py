@@ -110,7 +110,7 @@ def notes(computed: Computed, before: bool) -> str:
     if distance < error:
         far = f"less than {known} aside"
     tip = "Before the last change the tip was" if before else "The tip is"
-    text = f"<p>{tip} {far}.</p>"
+    text = f"<p>{tip} {far}.</p>" + page.strength(computed.greatest_stress, units)
     if isinstance(computed.second, str):
         text += page.note(computed.second)
     elif computed.film.diverged is not None:

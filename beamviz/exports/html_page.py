@@ -30,6 +30,7 @@ from beamviz.drawing.text import (
     measure,
     mode_value,
     stability_warning,
+    strength_text,
 )
 from beamviz.errors import BeamvizError
 from beamviz.exports.chart_files import SceneLoci
@@ -147,8 +148,18 @@ def numbers(solved: SolvedScene, solution: Solution, second: Solution | None = N
         f"<h1>{escape(described(solution.beam))}</h1>"
         + (f'<p class="wrong">{escape(warning)}</p>' if warning else "")
         + solution_table(solution, shown, len(solved.solution.labels))
+        + strength(solution)
         + comparison(solved, solution, second)
     )
+
+
+def strength(solution: Solution) -> str:
+    """The greatest stress (HTML) beside the yield stress; "" where it is not known or 0."""
+    found = solution.equilibrium.greatest_stress
+    if found is None or not found.pascals:
+        return ""
+    kind = ' class="wrong"' if found.yields else ""
+    return f"<p{kind}>{escape(strength_text(found, solution.beam.units))}</p>"
 
 
 def comparison(solved: SolvedScene, solution: Solution, second: Solution | None) -> str:

@@ -11,7 +11,7 @@ from beamviz.drawing import BeamScene, BeamView, camera
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.motion import MotionShapes
-from beamviz.drawing.text import described, duration, length_text, si_text
+from beamviz.drawing.text import described, duration, length_text, si_text, strength_text
 from beamviz.dynamics import Motion
 from beamviz.dynamics.linear import LinearMotion
 from beamviz.exports.html_page import (
@@ -60,13 +60,14 @@ def panel(
         f"<td>{escape(one['unit'])}</td></tr>"
         for k, one in enumerate(values[1:], 1)
     )
-    known = length_text(motion.error, beam.units, 1)
+    known, stress = length_text(motion.error, beam.units, 1), motion.greatest_stress
     return (
         f"<h1>{escape(described(beam))}</h1><p>{escape(what_happens(motion))}</p>"
         + controls("time")
         + f'<table class="readings" aria-label="this moment">{rows}</table>'
         + chart(motion, unstiffened)
         + f"<p>The tip is known to {known}.</p>"
+        + (f"<p>{escape(strength_text(stress, beam.units))}</p>" if stress else "")
         + f"<details><summary>Numbers</summary>{html_table('', motion.table)}</details>"
     )
 

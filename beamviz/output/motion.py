@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from beamviz.dynamics import Motion
 from beamviz.files import csv_text, json_text
 from beamviz.output import described_numbers, described_units, units_record
+from beamviz.output.solution import described_stress, stress_record
 from beamviz.tables import aligned_table, plural
 
 
@@ -27,6 +28,7 @@ def motion_json(motion: Motion) -> str:
         "tip": motion.tip,
         "energy": motion.energy,
         "error": motion.error,
+        **stress_record(motion.greatest_stress),
         "stats": motion.stats,
     }
     if units := motion.beam.units:
@@ -72,6 +74,7 @@ def motion_table(motion: Motion) -> str:
         f"Drive        {motion.drive.described}",
         f"Tip          within {motion.error:.1g} L; least deflection {motion.tip[:, 1].min():.6g},"
         f" greatest {motion.tip[:, 1].max():.6g}",
+        *([described_stress(stress)] if (stress := motion.greatest_stress) else []),
     ]
     footer = (
         f"{model['method']}, {model['integrator']}: {plural(stats.elements, 'element')} of order"

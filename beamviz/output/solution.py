@@ -21,7 +21,7 @@ def solution_json(solution: Solution) -> str:
         "model": solution.problem.model,
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS}
         | loads_in_si(solution)
-        | stress_record(solution),
+        | stress_record(state.greatest_stress),
         "modes": mode_records(solution),
         "stats": solution.stats,
     }
@@ -42,16 +42,21 @@ def loads_in_si(solution: Solution) -> dict[str, float]:
     }
 
 
-def stress_record(solution: Solution) -> dict[str, float]:
-    """The greatest stress [Pa] and its place x / L; {} where it is not known."""
-    found = solution.equilibrium.greatest_stress
-    return {"max_stress_pascals": found.pascals, "max_stress_at": found.at} if found else {}
+def stress_record(found: GreatestStress | None) -> dict[str, float]:
+    """The greatest stress [Pa], its place x / L and of a motion its time; {} where it is not
+    known."""
+    if found is None:
+        return {}
+    time = {} if found.t is None else {"max_stress_t": found.t}
+    return {"max_stress_pascals": found.pascals, "max_stress_at": found.at, **time}
 
 
 def described_stress(found: GreatestStress) -> str:
     """The line of the greatest stress of a beam, and of its yield stress where it is known."""
     without = "" if found.with_bending else " without that of bending (section_height is not known)"
-    text = f"Stress       greatest {found.pascals / 1e6:.5g} MPa at x/L = {found.at:.4g}{without}"
+    when = "" if found.t is None else f", t = {found.t:.4g} T*"
+    place = f"x/L = {found.at:.4g}{when}"
+    text = f"Stress       greatest {found.pascals / 1e6:.5g} MPa at {place}{without}"
     if found.yield_stress is None:
         return text
     above = "above" if found.yields else "below"

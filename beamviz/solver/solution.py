@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.solver.loads import Curve, Loads, Outboard
 from beamviz.solver.problem import Problem
-from beamviz.solver.stress import GreatestStress, Stress, greatest_stress, stress
+from beamviz.solver.stress import (
+    GreatestStress,
+    Stress,
+    greatest_stress,
+    stress,
+)
+from beamviz.solver.stress import stress_of_deformation as stress_of_deformation
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy from which a mode belongs to one family

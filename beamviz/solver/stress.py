@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from beamviz.errors import InvalidInput
 from beamviz.si import MATERIAL
 from beamviz.solver.loads import Loads
+from beamviz.units import Units
 
 POINTS = 101  # at which the greatest stress is looked for, besides the bodies
 
@@ -36,13 +37,15 @@ class Stress(NamedTuple):
 
 @dataclass(frozen=True)
 class GreatestStress:
-    """The greatest stress of a beam [Pa], and the place x / L where it is. with_bending: False
-    where that of bending is not known; yield_stress: [Pa], None where it is not known."""
+    """The greatest stress of a beam [Pa], the place x / L where it is, and of a motion the time
+    [T*] when. with_bending: False where that of bending is not known; yield_stress: [Pa], None
+    where it is not known."""
 
     pascals: float
     at: float
     with_bending: bool
     yield_stress: float | None
+    t: float | None = None
 
     @property
     def yields(self) -> bool:
@@ -64,6 +67,16 @@ def stress(loads: Loads, x: NDArray) -> Stress:
     if height is None and not at.moment.any():
         bending = np.zeros(len(x))
     return Stress(E * at.axial / loads.beam.mu**2, bending)
+
+
+def stress_of_deformation(units: Units, stretch: NDArray, curvature: NDArray) -> Stress | None:
+    """The stress of small strains: of a stretch, and of a curvature [1/L], of any shape. None where
+    the material is not known."""
+    E, height = units.youngs_modulus, units.section_height
+    if E is None:
+        return None
+    bending = E * np.abs(curvature) * height / (2 * units.length) if height else None
+    return Stress(E * (stretch - 1), bending)
 
 
 def greatest_stress(loads: Loads) -> GreatestStress | None:

@@ -309,6 +309,21 @@ def test_a_page_has_the_frequencies_at_another_speed(document):
     assert errors == [error_digits(error) for error in solve(PAPER).errors]
 
 
+def test_a_page_of_a_real_beam_has_its_stress(tmp_path):
+    """At each speed: above the yield stress as a warning. rho Omega^2 L^2 / 2 = 61 MPa at 2000 rpm
+    of a bar of 0.6 m, and with the square of the speed."""
+    bar = {"length": 0.6, "density": 7850.0, "area": 5e-4, "second_moment": 4.2e-9}
+    bar |= {"youngs_modulus": 210e9, "yield_stress": 50e6, "rotation_rpm": 1000.0}
+    export(tmp_path / "a.html", Scene(beam := Beam.from_si(**bar)))
+    data = speeds_of(tmp_path / "a.html")
+    for gamma, text in zip(data["gammas"], data["numbers"], strict=True):
+        pascals = 7850 * (gamma / beam.units.time) ** 2 * 0.6**2 / 2
+        assert ('<p class="wrong">Greatest stress' in text) is (pascals > 50e6)
+        if gamma:
+            (found,) = re.findall(r"Greatest stress: ([\d.]+) MPa", text)
+            assert float(found) == pytest.approx(pascals / 1e6, rel=0.01)
+
+
 @pytest.mark.parametrize("wrong", [{"gammas": ["0"]}, {"beams": [{}]}, {"speed": 1.0}], ids=str)
 def test_a_page_is_given_what_its_script_takes(document, wrong):
     """Data that are not declared, or not in this form, are in no page."""

@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from beamviz import Beam, InvalidInput, Scene, solve
+from beamviz import Beam, InvalidInput, Scene, motion, solve
+from beamviz.output.motion import motion_json, motion_table
 from beamviz.output.solution import solution_json, solution_table
 from beamviz.scene import parse_query
 
@@ -76,6 +77,32 @@ def test_an_inward_beam_is_compressed_most_where_its_force_is_greatest():
     assert found.stress([0.7]).axial[0] == pytest.approx(unit * 0.09, rel=1e-3)
     assert found.greatest_stress.pascals == pytest.approx(unit * 0.4, rel=1e-3)
     assert found.greatest_stress.at == 0
+
+
+def test_a_beam_that_is_pulled_bends_as_statics_says():
+    """By a force F at its tip: F L h / (2 I) at the root, as it is let go; pulled aside by 0.4 m
+    a bar 10 mm thick is far beyond its yield stress."""
+    values = BAR | {"length": 1.0, "mass": 0.0, "mass_position": 1.0}
+    beam = Beam.from_si(**values)
+    unit = 210e9 * BAR["second_moment"]  # E I / L^2 [N]
+    held = motion(beam, 1e-4, release=0.05, points=2).greatest_stress
+    assert held.pascals == pytest.approx(0.05 * unit * 0.005 / BAR["second_moment"], rel=0.01)
+    assert (held.at, held.yields) == (0, False)
+    far = motion(beam, 1.0, release=1.5, tolerance=1e-2)
+    assert abs(far.tip[0, 1]) > 0.4
+    assert far.greatest_stress.yields
+    assert "above the yield stress of 235 MPa" in motion_table(far)
+    record = json.loads(motion_json(far))
+    assert record["max_stress_pascals"] == far.greatest_stress.pascals > 1e9
+    assert motion(Beam(), 0.1, release=0.1, points=2).greatest_stress is None
+
+
+def test_a_beam_that_keeps_its_speed_has_the_stress_of_its_equilibrium():
+    """To the difference of stretch and force over area, of the order of the stretch."""
+    beam = Beam.from_si(**BAR, rotation_speed=100.0)
+    found = motion(beam, 0.1, points=3).greatest_stress
+    still = solve(beam).equilibrium.greatest_stress
+    assert found.pascals == pytest.approx(still.pascals, rel=0.01)
 
 
 def test_the_outputs_have_the_greatest_stress():

@@ -165,7 +165,6 @@ BENT = (
 STRAIGHT = " A straight beam has no shear force and no bending moment."
 ROUNDING = 1e-12  # of a stretch of 1
 AT_REST = "The beam is at rest: nothing loads it."
-REMAINS = "A real beam would not return to its shape."
 
 
 def sentence(solution: Solution, loads: dict[str, np.ndarray]) -> str:
@@ -195,7 +194,8 @@ def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
     table = page.table("loads at the root", heads, rows, caption)
     sentences = stretch_text(solution), sentence(solution, loads)
     paragraphs = "".join(f"<p>{escape(one)}</p>" for one in sentences)
-    return strength_text(solution) + (table if rows else "") + paragraphs
+    strength = page.strength(solution.equilibrium.greatest_stress, units)
+    return strength + (table if rows else "") + paragraphs
 
 
 def value_text(measure: Measure, value: float, unit: str) -> str:
@@ -213,27 +213,6 @@ def stress_at_root(solution: Solution) -> dict[str, str]:
     if found.bending is None:
         return texts | {"moment": "not known"}
     return texts | {"moment": f"± {stress_text(float(found.bending[0]))}"}
-
-
-def strength_text(solution: Solution) -> str:
-    """The greatest stress (HTML) beside the yield stress, above which it is a warning; "" where it
-    is not known, or nothing is loaded."""
-    found = solution.equilibrium.greatest_stress
-    if found is None or not found.pascals:
-        return ""
-    place = position_measure(solution.beam.units).text(found.at, 3) if found.at else "the root"
-    told = f"Greatest stress: {stress_text(found.pascals)} at {place}"
-    if not found.with_bending:
-        told += ", without that of bending, for which the height of the section is not known"
-    if found.yield_stress is None:
-        return f"<p>{escape(told)}.</p>"
-    share = significant(100 * found.pascals / found.yield_stress, 2)
-    told += f": {share} % of the yield stress, {stress_text(found.yield_stress)}."
-    return (
-        f'<p class="yields">{escape(told)} {REMAINS}</p>'
-        if found.yields
-        else f"<p>{escape(told)}</p>"
-    )
 
 
 def stretch_text(solution: Solution) -> str:

@@ -19,12 +19,14 @@ from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
-from beamviz.drawing.text import Measure
+from beamviz.drawing.text import Measure, strength_text
 from beamviz.explorer.page.messages import decode_action, encode_update
 from beamviz.files import package_text
 from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
+from beamviz.solver.solution import GreatestStress
+from beamviz.units import Units
 
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = (
@@ -390,6 +392,15 @@ def group(name: str, *parts: str, **values: str) -> str:
 def note(text: str) -> str:
     """A paragraph about a missing or incomplete result; "" for no text."""
     return f'<p class="note">{escape(text)}</p>' if text else ""
+
+
+def strength(found: GreatestStress | None, units: Units | None) -> str:
+    """A paragraph about the greatest stress, a warning beyond the yield stress; "" where it is not
+    known, or nothing is loaded."""
+    if found is None or not found.pascals:
+        return ""
+    own = attributes(class_="yields" if found.yields else None)
+    return f"<p{own}>{escape(strength_text(found, units))}</p>"
 
 
 def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
