@@ -16,7 +16,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentState, product
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_elements,
@@ -24,7 +24,7 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
+from beamviz.solver.bent.modes import bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
     curve,
@@ -32,9 +32,10 @@ from beamviz.solver.bent.profile import (
     profile_of,
     saved,
 )
-from beamviz.solver.loads import Loads
+from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.pencil.matrices import TINY, Modes, product
 from beamviz.solver.problem import Problem, interruption
-from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.solution import Solution, Stats
 from beamviz.solver.straight import solve_hp
 from beamviz.solver.straight.refinement import MAX_ATTEMPTS
 from beamviz.space.elements import Elements
@@ -208,7 +209,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     return BentState(finer.beam, finer.q, state.iterations + finer.iterations)
 
 
-def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
+def _errors(state: BentState, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
     The truncation error is what the highest functions of each element contribute to v* T(s) v,
@@ -234,10 +235,10 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     tails = [bent.Z[:, along] @ state.q[along] for along, _ in bent.trial.highest]
     lost = 4 * np.array([bent.w @ tail**2 for tail in tails]) / (bent.w @ state.f) ** 2
     relative += max(1.0, state.f[0]) * lost[:, None]
-    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
+    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding_of_s
 
 
-def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
+def _contributions_to_shapes(state: BentState, modes: Modes) -> np.ndarray:
     """What the highest functions t of each element in shapes v contribute to |v* T(s) v|
     (elements, modes): t* T v + v* T t - t* T t."""
     s, V, highest = modes.s, modes.V, state.beam.highest
@@ -265,27 +266,26 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
 
-def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solution:
+def _solution(state: BentState, modes: Modes, errors: np.ndarray) -> Solution:
     """The Solution of modes with these errors of s."""
-    squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.elements.orders
     V = modes.V
     moved = state.displaced(V)
     theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    profile = profile_of(state)
-    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
-    equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
-    stats = Stats(bent.size, "hp", len(orders), max(orders))
     turned = (abs(state.turned(V)) ** 2).sum(axis=0)
-    fraction = (abs(across) ** 2).sum(axis=0) + turned
-    return Solution(
-        beam=bent.beam,
-        problem=bent.problem,
-        equilibrium=equilibrium,
-        stats=stats,
-        s=modes.s,
-        estimate_errors=partial(np.array, squared),
-        bending_energy_fraction=fraction,
-        fields=partial(fields, profile, state.gradients(V)),
+    profile = profile_of(state)
+    return build_solution(
+        bent.beam,
+        bent.problem,
+        State(partial(curve, profile), bent.grid.breaks, state.iterations, saved(state)),
+        Vibration(
+            s=modes.s,
+            fraction=(abs(across) ** 2).sum(axis=0) + turned,
+            fields=partial(fields, profile, state.gradients(V)),
+            # errors of s^2
+            estimate_errors=partial(np.array, (2 * abs(modes.s) + errors) * errors),
+            all_s=modes.all_s,
+        ),
+        Stats(bent.size, "hp", len(orders), max(orders)),
     )

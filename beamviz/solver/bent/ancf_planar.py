@@ -9,18 +9,20 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics.cubic_elements import TURN, CubicElements, element_coordinates, interpolate
 from beamviz.solver.bent.beam import corotational_components
-from beamviz.solver.bent.modes import unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.loads import Loads
+from beamviz.solver.pencil import lowest_modes
+from beamviz.solver.pencil.matrices import Pencil
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.stability import status_of
 from beamviz.space.spans import ends_of_spans
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
@@ -103,9 +105,7 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     q, iterations = planar.equilibrium(np.hstack((position, slopes)))
     C = 2 * beam.gamma * planar.G if problem.gyroscopic and beam.gamma else None
-    tangent = planar.tangent(q.ravel())
-    factors, diagonal = splu(tangent), abs(tangent.diagonal())
-    modes = unsymmetric_modes(partial(_solve, factors), diagonal, planar.M, C, count)
+    modes = lowest_modes(Pencil(planar.tangent(q.ravel()), planar.M, C, symmetric=False), count)
     s, free = modes.s, modes.V
     if not (beam.spin_up or problem.gyroscopic):
         free = free.real
@@ -115,7 +115,12 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
     errors = abs(s**2 - converged.s[:count] ** 2) + converged.omega_squared_errors[:count]
     breaks = np.union1d(nodes, ends_of_spans(beam))
     loads = Loads(beam, problem.chordwise, breaks, partial(_curve, nodes, q))
-    equilibrium = Equilibrium(modes.status, iterations, loads, converged.equilibrium.bent_state)
+    equilibrium = Equilibrium(
+        status_of(s if modes.all_s is None else modes.all_s),
+        iterations,
+        loads,
+        converged.equilibrium.bent_state,
+    )
     stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
@@ -129,11 +134,6 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
         bending_energy_fraction=across / (along + across),
         fields=fields,
     )
-
-
-def _solve(factors: SuperLU, f: NDArray, trans: int = 0) -> NDArray:
-    """K^-1 f, or with trans=1 K'^-1 f, by the factors of K."""
-    return factors.solve(f, "T" if trans else "N")
 
 
 def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
