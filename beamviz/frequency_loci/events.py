@@ -343,7 +343,7 @@ EVENT_KINDS = {
         locate=veerings,
     ),
     "coalescence": EventKind(
-        meaning="two frequencies merge: beyond it one of the two vibrations grows",
+        meaning="two frequencies merge: beyond it one of the two vibrations grows (flutter)",
         sign="★",
         marker="*",
         filled=True,

@@ -26,11 +26,7 @@ from beamviz.solver.pencil.matrices import Definiteness
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, Status
 
-IN_WORDS: dict[Status, str] = {
-    "stable": "stable",
-    "unstable": "divergence",
-    "growing": "flutter",
-}
+INSTABILITIES = {"unstable": "divergence", "growing": "flutter"}  # by status
 
 
 def status_of(s: NDArray) -> Status:
