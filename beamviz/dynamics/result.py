@@ -81,6 +81,10 @@ class Motion:
         """Stretch |r'| (len(t), len(x)); at a jump the stretch inboard of it."""
         return self._states(t).stretch(within("x", x, 1.0))
 
+    def curvature(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Slope theta' of the angle of the beam's axis [1/L] (len(t), len(x))."""
+        return self._states(t).curvature(within("x", x, 1.0))
+
     def _states(self, t: ArrayLike) -> Any:
         """The states of the beam at times."""
         q, _ = self.path.at(within("t", t, float(self.t[-1])))
@@ -105,18 +109,10 @@ class Motion:
             return None
         t = self.t[:: math.ceil(len(self.t) / STRESS_TIMES)]
         x = np.linspace(0.0, 1.0, STRESS_POINTS + 1)
-        step = np.diff(self.position(t, x), axis=1)
-        angle = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)  # between the points
-        between = (x[1:] + x[:-1]) / 2
-        # The beam leaves its clamp at an angle of 0.
-        angle = np.concatenate([np.zeros((len(t), 1)), angle], axis=1)
-        between = np.append(0.0, between)
-        curvature = np.diff(angle, axis=1) / np.diff(between)
-        places = between[1:] - np.diff(between) / 2
-        found = stress_of_deformation(units, self.stretch(t, places), curvature)
+        found = stress_of_deformation(units, self.stretch(t, x), self.curvature(t, x))
         assert found
         row, column = np.unravel_index(np.argmax(found.greatest), found.greatest.shape)
-        greatest, at = float(found.greatest[row, column]), float(places[column]) if column else 0.0
+        greatest, at = float(found.greatest[row, column]), float(x[column])
         known = found.bending is not None
         return GreatestStress(greatest, at, known, units.yield_stress, float(t[row]))
 

@@ -121,6 +121,11 @@ class CubicState:
         """f (..., len(x)) at points of the beam."""
         return abs(self.q @ self.beam.rows(x, 1).T)
 
+    def curvature(self, x: ArrayLike) -> NDArray:
+        """theta' = (r' x r'') / f^2 (..., len(x)) [1/L] at points of the beam."""
+        slope, bend = (self.q @ self.beam.rows(x, k).T for k in (1, 2))
+        return (slope.conj() * bend).imag / abs(slope) ** 2
+
     def displacement_at(self, x: float) -> NDArray:
         """The derivative (size,) of the position of a point by the unknowns."""
         return self.beam.rows(x)[0]

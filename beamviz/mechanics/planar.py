@@ -187,7 +187,12 @@ class PlanarBeam:
         rest, of the angle in least squares."""
         root = np.sqrt(self.w)
         stretch = self.section.axial * self.w * f_rate @ self.Z
-        turning = np.linalg.lstsq(root[:, None] * self.S, root * theta_rate)[0]
+        S = self.S
+        if self.hinged:  # as many angles as Gauss points: theta_0 takes the place of a function
+            S = np.delete(S, -2, axis=1)
+        turning = np.linalg.lstsq(root[:, None] * S, root * theta_rate)[0]
+        if self.hinged:
+            turning = np.insert(turning, -1, 0.0)
         return np.concatenate((stretch, turning))
 
     def state(self, q: NDArray, loading: Loading | None = None) -> "PlanarState":
@@ -229,6 +234,10 @@ class PlanarState:
     def stretch(self, x: NDArray) -> NDArray:
         """f (..., len(x)) at points of the beam; at a jump that inboard."""
         return self.f @ self.beam.grid.at(x).T
+
+    def curvature(self, x: NDArray) -> NDArray:
+        """theta' (..., len(x)) [1/L] at points of the beam; at a jump that inboard."""
+        return self.kappa @ self.beam.grid.at(x).T
 
     def displacement_at(self, x: float) -> NDArray:
         """The derivative (size,) of the position of a point by the unknowns, of one state."""

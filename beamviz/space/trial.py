@@ -248,17 +248,6 @@ class Trial:
         """Weights of the points times E I (..., n)."""
         return read_only(self.grid.weights * self.EI)
 
-    def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
-        """What the highest functions of each element contribute to values (n,) of stretch and of
-        bending."""
-        axial, across = self.grid.weights * (self.EA * stretch, self.EI * bending)
-        tails = np.empty((2, len(axial)))
-        for block, (along, of_bending) in zip(self.blocks, self.highest, strict=True):
-            f, kappa = block.stretch[:, -len(along) :], block.bending[:, -len(of_bending) :]
-            tails[0, block.points] = f @ (axial[block.points] @ f)
-            tails[1, block.points] = kappa @ (across[block.points] @ kappa)
-        return tails[0], tails[1]
-
     @cached_property
     def is_kinked(self) -> NDArray:
         """Whether each element (elements,) has several pieces, and more points than functions."""

@@ -69,6 +69,15 @@ def test_a_stiff_beam_on_a_hinge_is_a_pendulum_in_the_centrifugal_field():
     assert moved.tip[:, 1] == pytest.approx(np.sin(exact.y[0]), abs=2e-6)
 
 
+def test_a_hinged_beam_that_swings_is_hardly_bent():
+    """No moment acts on it at the hinge and at the tip, where a start in its rigid mode bends it by
+    no more than its own shape; a clamped one is bent at its root by the force there times L."""
+    swinging = motion(Beam(gamma=2, delta=0.2, root=0.0, mu=200), 0.1, start={"B1": 0.2})
+    assert abs(swinging.curvature([0.0, 0.1], [0.0, 1.0])).max() < 2e-3
+    held = motion(Beam(), 0.1, release=0.01, tolerance=1e-6)
+    assert held.curvature([0.0], [0.0, 0.5])[0] == pytest.approx([0.01, 0.005], rel=1e-3)
+
+
 def test_a_hub_and_its_blade_keep_their_angular_momentum():
     """J gamma + int rho R x v + Jz (theta' + gamma) is constant without a torque."""
     body = Mass(0.3, 0.7, (0.0, 0.0, 0.2))
