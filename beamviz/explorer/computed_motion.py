@@ -9,7 +9,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
-from beamviz.drawing.text import error_text
+from beamviz.drawing.text import error_text, length_text
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
@@ -27,7 +27,7 @@ from beamviz.solver import interruption, solve
 JOB, PULL_JOB = "motion", "pull"
 # Deflection [L] by the theory of small ones from which a force folds the soft tip of a blade, whose
 # fast vibration after the release is not resolved then; and that by the force offered instead.
-FOLDED, SAFE = 0.5, 0.15
+FOLDED, SAFE = 0.5, 0.07
 TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
 POINTS, MOST_POINTS = 40, 1601  # of the results, for each T* and in all
 LONGEST = 40.0  # [s] on the screen
@@ -80,11 +80,12 @@ class MotionRequest(NamedTuple):
                     " below.",
                     page.button(f"Switch {term} on", data_set=term, data_value=True),
                 )
-        if experiment.start == "pulled" and (force := self.bearable_force) is not None:
+        if experiment.start == "pulled" and self.bearable_force is not None:
+            deflection = length_text(abs(self.deflection(experiment.pull)), units, 2)
             return Obstacle(
-                "This force would fold the beam over where it is soft: by the theory of small"
-                f" deflections it bends it by {self.deflection(experiment.pull):.2g} L.",
-                page.button("Pull it less", data_set="motion.pull", data_value=force),
+                "This force would fold the blade at its soft end: the theory of small deflections"
+                f" gives a deflection of {deflection} there.",
+                page.button("Pull it less", data_do="motion.less"),
                 of_beam=False,
             )
         if self.beam.spin_up:

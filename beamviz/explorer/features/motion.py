@@ -190,6 +190,7 @@ class MotionTab(Feature):
         self.page.on("moment", self.go_to, float)
         self.page.on("motion.play", self.play)
         self.page.on("motion.begin", lambda _: visitor.change(from_start))
+        self.page.on("motion.less", lambda _: visitor.change(pulled_less))
 
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed; instead of a number out of range the
@@ -276,6 +277,14 @@ def playing_reads(snapshot: Snapshot) -> tuple[bool]:
 def with_moment(state: State, before: float | None, moment: float | None) -> State:
     """At a moment, unless the motion was moved to another one than that before."""
     return replace(state, moment=moment) if state.moment == before else state
+
+
+def pulled_less(state: State) -> State:
+    """The edit that pulls a blade with a force that does not fold it."""
+    force = MotionRequest.of(state.case, state.experiment).bearable_force
+    if force is None:  # it was pulled less meanwhile
+        return state
+    return state.with_experiment(state.experiment.changed("pull", force))
 
 
 def begun(state: State, experiment: Experiment) -> State:
