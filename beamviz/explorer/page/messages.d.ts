@@ -172,6 +172,7 @@ interface Actions { // the types of their values
   "motion.damping": number;
   "motion.hub": string;
   "motion.inertia": number;
+  "motion.less": null;
   "motion.play": null;
   "motion.pull": number;
   "motion.pull_at": number;
