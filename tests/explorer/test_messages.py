@@ -113,8 +113,8 @@ VISIT = [
     *[("dimensionless", None), ("lesson", NAMES[0]), ("lesson_turn", 1), ("lesson", "")],
     *[("spin_up", 0.5), ("tab", "motion"), ("spin_up", 0.0), ("delta", -1.0), ("gamma", 30.0)],
 ]
-# While a job is slow, after it was cancelled, for a table whose rows are not in order, where a force
-# would fold a blade.
+# While a job is slow, after it was cancelled, for a table whose rows are not in order, for a force
+# that would fold a blade.
 ON_OCCASION = {"cancel_jobs", "retry_jobs", "blade.stations.sort", "motion.less"}
 OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
 
