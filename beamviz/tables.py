@@ -103,12 +103,9 @@ def event_columns(over: str, units: Units | None, events: "Sequence[Event]") -> 
     columns["frequency [1/T*]"] = [in_range(ends, "{:.5f}") for ends in heights]
     if units:
         columns["[Hz]"] = [in_range(ends, "{:.6g}", units.hertz(1.0)) for ends in heights]
-    if any(event.kind == "veering" for event in events):
-        pairs = [(event, event.kind == "veering") for event in events]
-        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if veers else "-" for event, veers in pairs]
-        columns["veering index"] = [
-            f"{event.index:.3f}" if veers else "-" for event, veers in pairs
-        ]
+    if any(event.gap for event in events):
+        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if event.gap else "-" for event in events]
+        columns["veering index"] = [f"{event.index:.3f}" if event.gap else "-" for event in events]
     return columns
 
 

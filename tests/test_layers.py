@@ -218,7 +218,7 @@ def test_evidence_is_imported_by_its_commands_only():
 
 def test_the_space_needs_no_mechanics():
     """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
-    below = {"solver.problem", "solver.constitutive", "solver.solution", "solver.eigen"}
+    below = {"solver.problem", "solver.constitutive", "solver.solution"}
     for each in all_imports():
         if each.module.startswith("space") and each.target.startswith(("solver", "mechanics")):
             assert each.target in below, each
@@ -237,7 +237,9 @@ def test_the_solver_is_used_through_its_entry_points():
     for each in all_imports():
         if each.target.startswith("solver.") and layer(each.module) > layer("solver"):
             parts = INSIDE_THE_SOLVER.get(each.module.partition(".")[0], set())
-            assert each.target in {"solver.problem", "solver.solution"} | parts, each
+            assert (
+                each.target in {"solver.problem", "solver.solution", "solver.stability"} | parts
+            ), each
 
 
 @pytest.mark.parametrize(

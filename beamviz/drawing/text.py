@@ -217,7 +217,7 @@ def error_digits(error: float) -> str:
 
 
 def stability_warning(solution: Solution) -> str:
-    """The growth of a disturbance of an unstable state, or of a vibration, in two lines; "" for a
+    """Divergence or flutter of an unstable state, and how fast what grows, in two lines; "" for a
     stable one. While the speed changes, a growth rate holds at this instant only."""
     status, beam = solution.equilibrium.status, solution.beam
     if status == "stable":
@@ -227,9 +227,9 @@ def stability_warning(solution: Solution) -> str:
     instant = ", at this instant" if beam.spin_up else ""
     if status == "growing":
         name = label if rate > 0 else "one beyond the modes shown"
-        return f"Vibrations grow\n{name} {growth(rate, beam.units)}{instant}"
+        return f"Flutter\n{name} {growth(rate, beam.units)}{instant}"
     motion = "stretching" if label.startswith("S") else "bending"
-    return f"Unstable in {motion}\na disturbance {growth(rate, beam.units)}{instant}"
+    return f"Divergence in {motion}\na disturbance {growth(rate, beam.units)}{instant}"
 
 
 def growth(rate: float, units: Units | None) -> str:

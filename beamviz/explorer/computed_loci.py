@@ -21,13 +21,13 @@ from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
 from beamviz.solver.problem import MAX_MODES
+from beamviz.solver.stability import INSTABILITIES
 
 AT = 1e-7  # of the range: distance of a beam that is at an event
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 FAILURES = {
     "no-equilibrium": "No equilibrium",
-    "unstable": "Unstable",
-    "growing": "Vibrations grow",
+    **{status: name.capitalize() for status, name in INSTABILITIES.items()},
     "not-converged": "The calculation did not converge",
     "not-located": "An event was not located",
 }

@@ -237,8 +237,8 @@ def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:
         label, frequency = solved.shapes.labels[k], float(solved.shapes.frequencies[k])
         if not math.isfinite(frequency):
             raise InvalidInput(
-                f"mode = {k + 1}: {label} does not vibrate but grows (the straight beam is"
-                " unstable), so there is no period to film; choose another mode"
+                f"mode = {k + 1}: {label} does not vibrate but grows (divergence), so"
+                " there is no period to film; choose another mode"
             )
         if frequency > 0:
             motions[label] = frequency

@@ -17,7 +17,9 @@ from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.tracking import Track
 from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
-CLOSE = 0.1  # of the frequency: greatest gap of interest
+# Of the frequency: the greatest gap that is an event. Bending mode k at rest and the next one are
+# about 2 / k apart: a wider gap would be an ordinary distance.
+CLOSE = 0.1
 WIDER = 2.0  # of CLOSE: gap on the grid below which a minimum is examined
 FLAT = 1e-10  # of the frequency: depth of a minimum on the grid that may be rounding error
 ROUNDS = 10  # of solves for one gap
@@ -47,7 +49,7 @@ class AvoidedCrossing(NamedTuple):
     k: int
     least: LeastGap
     coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
-    veering_index: float  # MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
+    veering_index: float  # MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1; nan: not known
     rotation: float  # [rad] of the shapes into each other from before to after it; 90 degrees: all
 
 
@@ -249,8 +251,8 @@ def rotations(vectors: ModeVectors, ends: NDArray, ranks: NDArray) -> NDArray:
 def veering_indices(vectors: ModeVectors, near: NDArray, pair: NDArray) -> tuple[NDArray, NDArray]:
     """s_ab and the veering index (n,) of pairs of modes (n, 2) (du Bois, Adhikari & Lieven 2011),
     from the rates at which the modes rotate into each other at the least gap, s_ab / (lambda_b -
-    lambda_a), by central differences between the values `near` (n, 2), 2 h apart; index 0 where the
-    vectors or the modes are not known."""
+    lambda_a), by central differences between the values `near` (n, 2), 2 h apart; index nan where
+    the vectors or the modes are not known."""
     places, known = _places(vectors, near)
     known &= near[:, 1] > near[:, 0]
     h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
@@ -269,4 +271,4 @@ def veering_indices(vectors: ModeVectors, near: NDArray, pair: NDArray) -> tuple
     csq = s**2 / np.maximum(s**2 + ((slope[each, i] - slope[each, j]) / 2) ** 2, TINY)
     totals = (rates[each[:, None], pair] ** 2).sum(axis=2)
     mdf = rate[:, None] ** 2 / np.maximum(totals, TINY)
-    return s, np.where(known, mdf.prod(axis=1) * csq, 0.0)
+    return s, np.where(known, mdf.prod(axis=1) * csq, np.nan)

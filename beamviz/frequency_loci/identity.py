@@ -153,9 +153,9 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
 
 def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
     """The names of the modes of an event, at the value of the sweep nearest to it: of two that
-    cross, veer or merge the second may be the next one above those asked for. An event of the
+    cross, come close or merge the second may be the next one above those asked for. An event of the
     equilibria is of the lowest modes of two states, whose names are those of its branches."""
-    if event.kind not in ("crossing", "veering", "coalescence"):
+    if event.kind not in ("crossing", "veering", "close approach", "coalescence"):
         return event.branches
     k = int(np.argmin(abs(found.values - event.at)))
     branches = [branch for branch in found.branches if branch.label in event.branches]

@@ -15,6 +15,7 @@ from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.roots import find_roots
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver.solution import Solution
+from beamviz.solver.stability import INSTABILITIES
 
 PRECISION = 1e-9  # relative, of a limit of equilibrium
 FINEST = 1e-12  # of the range: least precision of one
@@ -27,8 +28,7 @@ STABLE = "stable"
 MESSAGES = {  # by the kind of a limit
     NoEquilibrium.kind: "no equilibrium",
     NotConverged.kind: "not converged",
-    "unstable": "unstable",
-    "growing": "vibrations grow",
+    **INSTABILITIES,
     "not-located": "an event not located",
 }
 
@@ -37,7 +37,7 @@ class Limit(NamedTuple):
     """A range of a path without equilibrium, stability or convergence, or with an event that could
     not be located."""
 
-    # "no-equilibrium", "unstable", "growing" (a vibration grows), "not-converged", "not-located"
+    # "no-equilibrium", "unstable" (divergence), "growing" (flutter), "not-converged", "not-located"
     kind: str
     start: float
     stop: float

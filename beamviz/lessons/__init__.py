@@ -232,7 +232,7 @@ LESSONS = (
         scene=Scene.of(gamma=2, method="zoac", mode=1),
         do="The **method** is zoac, the classical linear theory. Raise **speed γ** beyond 4. Then"
         " set it to auto.",
-        see="B1 falls to zero and the page says: unstable. With auto the beam stays stable.",
+        see="B1 falls to zero and the page says: divergence. With auto the beam stays stable.",
         meaning="The linear theory neglects that bending draws the tip inward, against the"
         " centrifugal force. So it has the softening of the second lesson without the"
         " stiffening of the first. Kane, Ryan and Banerjee showed it in 1987: *Kane's paradox*.",
@@ -331,7 +331,7 @@ LESSONS = (
         right=1,
         scene=Scene.of(gamma=1, delta=-1, mode=1),
         do="Hub δ is −1: the tip touches the axis. Raise **speed γ** from 1 to 3.5.",
-        see="B1 falls instead of rising, and reaches zero. Beyond, the page says: unstable.",
+        see="B1 falls instead of rising, and reaches zero. Beyond, the page says: divergence.",
         meaning="The centrifugal force now compresses the beam, like the load on a column. Beyond a"
         " critical speed the straight beam is still in equilibrium, but the smallest disturbance"
         " grows: *buckling*. This time it is real.",

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
 from beamviz.mechanics.straight_errors import (
-    ROUNDING_FACTOR,
     Matrices,
     quadrature_errors,
     rounding_errors,
@@ -29,10 +28,16 @@ from beamviz.mechanics.straight_errors import (
 )
 from beamviz.mechanics.straight_properties import BeamStack
 from beamviz.mechanics.straight_residual import LEFT, lacking_energies, rotary_inertia
-from beamviz.solver import eigen
+from beamviz.solver import pencil as pencils
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.eigen import EPS
+from beamviz.solver.pencil.inverse import COMPRESSED
+from beamviz.solver.pencil.matrices import EPS, TINY, Families, Family
 from beamviz.solver.problem import Problem
+from beamviz.solver.stability import (
+    definiteness_of_bending,
+    softening_of_families,
+    turns_freely,
+)
 from beamviz.space.grid import Grid
 from beamviz.space.trial import Trial
 
@@ -167,52 +172,38 @@ def uncoupled_modes(
     count: int,
     problem: Problem,
 ) -> StraightModes:
-    """The lowest modes of uncoupled families.
-
-    The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
-    subtracted at the end. The lowest omega^2 of a beam that turns about its root may be as small as
-    the spring there is weak or the speed is low. Beside it the others would be rounding errors:
-    they are computed with a shift, and the lowest one is the Rayleigh quotient of its shape.
-    """
-    beams = axial.beams
-    K, M, S, _, _ = matrices
-    A = S.mT @ axial.properties.G @ S
-    compressed = may_be_indefinite(beams, problem)
-    shift = eigen.COMPRESSED if compressed or beams.hinged else 0.0
+    """The lowest modes of uncoupled families."""
+    beams, S = axial.beams, matrices.S
+    softening = softening_of_families(beams, problem)
+    pencil = Families(
+        across=Family(matrices.K, matrices.M),
+        along=Family(None, S.mT @ axial.properties.G @ S),
+        softening=softening,
+        definiteness=definiteness_of_bending(beams, problem),
+        rigid=turns_freely(beams, problem) if beams.root == 0 else None,
+    )
+    modes = pencils.lowest_modes(pencil, count)
     # Arrays of both families are (beams, 2, count), bending first.
-    across, along, shifted, added = eigen.family_modes(K, M, A, count, shift)
-    omega_squared = shifted - added
-    relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
-    size = shifted
-    diagonal = np.linalg.diagonal(K)
-    if compressed or beams.hinged:
-        # Compression cancels against bending stiffness, and the rotation about the root against
-        # bending in the motion of a heavy mass: sum of absolute terms.
-        shifted_diagonal = diagonal + added[:, 0] * np.linalg.diagonal(M)
-        size = np.stack((np.vecmat(shifted_diagonal, across**2), shifted[:, 1]), axis=1)
-    if beams.hinged and not compressed:
-        lowest = across[..., 0]
-        omega_squared[:, 0, 0] = np.vecdot(lowest, np.matvec(K, lowest))
-        size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
-    scale = abs(omega_squared) + eigen.COMPRESSED
+    across, along = modes.V
+    omega_squared = modes.omega_squared
+    stiff = omega_squared + softening  # without softening, which shifts omega^2
+    scale = abs(stiff) + COMPRESSED
     s = S @ along
     kappa = curvature(trial, across)
     tail = tail_energies(trial, matrices, across, s)
     if trial.has_kinks:
-        squares = omega_squared[:, 0], omega_squared[:, 1]
+        squares = stiff[:, 0], stiff[:, 1]
         shapes = kappa, s
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
         omega_squared = omega_squared - lack.sum(axis=-1)
         tail += LEFT * lack
     truncation = truncation_errors(axial, trial, state, scale, tail)
-    rounding = rounding_errors(state, scale, size, relative_rounding)
+    rounding = rounding_errors(state, scale, modes.rounding)
     if trial.quadrature:
         truncation += quadrature_errors(trial, across, along)
-    omega_squared = omega_squared - softening_of_families(beams, problem)
-    if beams.root == 0:
-        free = turns_freely(beams, problem)
-        omega_squared[free, 0, 0], truncation[free, 0, 0] = 0.0, 0.0
-        rounding[free, 0, 0] = EPS**2
+    if modes.rigid is not None:
+        omega_squared[modes.rigid], truncation[modes.rigid] = 0.0, 0.0
+        rounding[modes.rigid] = EPS**2
     # The two families in one list of 2 count modes.
     stack, in_family = len(omega_squared), omega_squared.shape[-1]
     listed = omega_squared.reshape(stack, -1)
@@ -235,38 +226,6 @@ def uncoupled_modes(
     )
 
 
-def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
-    """gamma^2 (beams, 2, 1) by which softening lowers omega^2 of bending and of stretching; 0 of
-    bending out of the plane of rotation."""
-    softens = np.array([[problem.chordwise], [True]])
-    return beams.gamma[..., None] ** 2 * (softens & problem.softening)
-
-
-def may_be_indefinite(beams: BeamStack, problem: Problem) -> bool:
-    """Whether the stiffness of bending, without softening, may not be positive definite."""
-    free = beams.root == 0 and not (beams.rotating and problem.stiffens)
-    # Flapwise, centrifugal forces turn a body that is long along the axis of rotation away from it.
-    tilts = not problem.chordwise and any(Jx > Jz for Jx, _, Jz in inertias_of(beams))
-    return beams.inward or free or tilts
-
-
-def inertias_of(beams: BeamStack) -> list[tuple[float, float, float]]:
-    """The principal moments of inertia of the bodies."""
-    return [mass.inertia for mass in beams.masses]
-
-
-def turns_freely(beams: BeamStack, problem: Problem) -> NDArray:
-    """Whether the first mode of each beam (beams,) is a rigid rotation about a hinge that nothing
-    holds: at rest; without stiffening; and in the plane of rotation about the axis of rotation."""
-    gamma, delta = beams.gamma[:, 0], beams.delta[:, 0]
-    if beams.root != 0:
-        return np.zeros(len(gamma), bool)
-    if not problem.chordwise:
-        steady = problem.stiffens or any(Jz != Jx for Jx, _, Jz in inertias_of(beams))
-        return (gamma == 0) | (not steady)
-    return (gamma == 0) | ((delta == 0) & problem.stiffens & problem.softening)
-
-
 def gyroscopic_modes(
     axial: AxialProblem,
     trial: Trial,
@@ -277,45 +236,44 @@ def gyroscopic_modes(
 ) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
-    With T(omega) = K - omega^2 M + 2 gamma omega G, G the gyroscopic matrix, an error e of a shape
-    z changes omega^2 by e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega +
-    z' K z / omega.
+    An error e of a shape v changes omega^2 by e* T(s) e times 2 omega over |v* T'(s) v|, the
+    pairing.
     """
-    gamma, S, Kb = axial.beams.gamma[..., None], matrices.S, matrices.K
+    beams, S, gamma = axial.beams, matrices.S, axial.beams.gamma[..., None]
     Fa, Fb = weighted_displacements(axial, trial, state.f, S)
-    Ka = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1))
-    if problem.softening:
-        Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
-    max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    free = turns_freely(axial.beams, problem)
-    modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding, bool(free.any()))
-    omega_squared = modes.omega_squared
+    pencil = Families(
+        across=Family(matrices.K, matrices.M, Fb),
+        along=Family(None, F=Fa),
+        softening=softening_of_families(beams, problem),
+        gamma=gamma,
+        rigid=turns_freely(beams, problem) if beams.root == 0 else None,
+        tolerance=problem.tolerance,
+    )
+    modes = pencils.lowest_modes(pencil, count)
+    (b, a), omega_squared = modes.V, modes.omega_squared
+    assert modes.fraction is not None
     # Each shape is real or imaginary: real + imag is its size with its sign.
-    across, along = modes.b.real + modes.b.imag, modes.a.real + modes.a.imag
-    kappa, s = curvature(trial, modes.b), S @ modes.a
-    size = abs(omega_squared) + gamma[..., 0] ** 2
-    scale = size + eigen.COMPRESSED
-    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
+    across, along = b.real + b.imag, a.real + a.imag
+    kappa, s = curvature(trial, b), S @ a
+    squares = abs(omega_squared)
+    scale = squares + gamma[..., 0] ** 2 + COMPRESSED
+    share = 2 * np.sqrt(squares) / np.maximum(modes.pairing, TINY)
     tail = tail_energies(trial, matrices, across, S @ along)
     if trial.has_kinks:
         square = omega_squared + gamma[..., 0] ** 2 * problem.softening
         coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
-        shapes, squares = (kappa, s), (square, square)
-        lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, coupling, problem)
+        shapes, both = (kappa, s), (square, square)
+        lack = lacking_energies(axial, trial, state.f, matrices, shapes, both, coupling, problem)
         omega_squared = omega_squared - share * lack.sum(axis=(1, 3))
         tail += LEFT * lack
     tail = tail.sum(axis=1) * share[..., None]
-    if not modes.definite:  # unstable: compression and a shift cancel, as in uncoupled_modes
-        size = scale + np.vecmat(abs(np.linalg.diagonal(Kb)), across**2)
-        size += (along**2).sum(axis=-2)
     truncation = truncation_errors(axial, trial, state, scale, tail)
-    rounding = rounding_errors(state, scale, size, modes.relative_rounding)
+    rounding = rounding_errors(state, scale, modes.rounding)
     if trial.quadrature:
         truncation += quadrature_errors(trial, across, along).sum(axis=1)
-    if free.any():
-        lowest = abs(omega_squared[0]).argmin()
-        omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
-        rounding[0, lowest] = EPS**2
+    if modes.rigid is not None:
+        omega_squared[modes.rigid], truncation[modes.rigid] = 0.0, 0.0
+        rounding[modes.rigid] = EPS**2
     return StraightModes(
         grid=trial.grid,
         orders=trial.elements.all_orders,
@@ -346,7 +304,7 @@ def weighted_displacements(
     F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
     along, across = F @ S, F @ (f[..., None] * rows_with_root(trial, beams)[..., n:, :])
     if beams.has_inertia:
-        Jz = np.array(inertias_of(beams))[:, 2]
+        Jz = np.array([mass.inertia for mass in beams.masses])[:, 2]
         turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial, trial)
         still = np.zeros((len(along), len(Jz), along.shape[-1]))
         turning = np.broadcast_to(turning, (len(across), *turning.shape[-2:]))

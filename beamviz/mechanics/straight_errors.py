@@ -10,13 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
-from beamviz.solver.eigen import EPS
+from beamviz.solver.pencil.families import ROUNDING_FACTOR
+from beamviz.solver.pencil.matrices import EPS
 from beamviz.space.refinement import TRUNCATION_FACTOR
 from beamviz.space.trial import Trial
-
-# Safety factor: twice the least for which the errors of 5000 random beams over the accepted domain
-# were within their estimates (scripts/measure_error_bars.py).
-ROUNDING_FACTOR = 30.0
 
 
 class Matrices(NamedTuple):
@@ -99,11 +96,8 @@ def lost_stretch(trial: Trial, f: NDArray, is_blade: bool) -> NDArray:
     return lost
 
 
-def rounding_errors(state: AxialState, scale: NDArray, size: NDArray, relative: NDArray) -> NDArray:
-    """Estimated errors of omega^2 (..., k) from rounding.
-
-    scale: of omega^2 without softening. size: of the terms that are rounded. relative: the error of
-    the eigenvalue problem in units of EPS, beside that of the terms.
-    """
+def rounding_errors(state: AxialState, scale: NDArray, of_pencil: NDArray) -> NDArray:
+    """Estimated errors of omega^2 (..., k) from rounding: those of the eigenvalue problem, and near
+    a limit of equilibrium of the state. scale: of omega^2 without softening."""
     margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
-    return ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))
+    return of_pencil + ROUNDING_FACTOR * EPS * scale * (1 / margin - 1)

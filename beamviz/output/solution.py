@@ -5,6 +5,7 @@ from typing import Any
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import GreatestStress, Solution
+from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
 
 EQUILIBRIUM_KEYS = (
@@ -110,8 +111,9 @@ def solution_table(solution: Solution) -> str:
 def described_status(solution: Solution) -> str:
     """The status of the equilibrium in words."""
     state = solution.equilibrium
-    if state.status == "growing":
-        return "vibrations grow" + (" at this instant" if solution.beam.spin_up else "")
+    if instability := INSTABILITIES.get(state.status):
+        instant = " at this instant" if solution.beam.spin_up else ""
+        return f"unstable ({instability}{instant})"
     if state.status == "stable" and state.buckled_chordwise:
         return "stable flapwise but buckled chordwise (unstable in the plane of rotation)"
     return state.status

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 SIZE = (7.0, 5.0)  # [in]
 NOT_STABLE = {  # by status: hatch of beams, and their colour where they have no number
     "not computed": ("....", "#FFFFFF"),
-    "unstable": ("\\\\\\", "#E4E4E4"),
+    "divergence": ("\\\\\\", "#E4E4E4"),
     "no equilibrium": ("////", "#C8C8C8"),
     "not converged": ("xxxx", "#A0A0A0"),
-    "vibrations grow": ("||||", "#E4E4E4"),
+    "flutter": ("||||", "#E4E4E4"),
     "buckled chordwise": ("----", "#E4E4E4"),
 }
 DECADES = 1e-4  # of the largest gap: colours end there

@@ -3,7 +3,6 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -14,22 +13,21 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.mechanics.straight import turns_freely
 from beamviz.mechanics.straight_properties import stack_of
-from beamviz.solver import eigen
-from beamviz.solver.loads import Curve, Loads
+from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.loads import Curve
+from beamviz.solver.pencil import lowest_modes
+from beamviz.solver.pencil import matrices as pencils
+from beamviz.solver.pencil.matrices import Families, exponents
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import (
-    Equilibrium,
-    Fields,
-    Solution,
-    Stats,
-    exponents,
-    read_only,
-    status_of,
-    straight,
+from beamviz.solver.solution import Fields, Solution, Stats, straight
+from beamviz.solver.stability import (
+    definiteness_of_bending,
+    is_buckled_chordwise,
+    softening_of_families,
+    turns_freely,
 )
-from beamviz.solver.straight import is_buckled, solve_hp
+from beamviz.solver.straight import solve_one
 from beamviz.space.spans import ends_of_spans
 
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
@@ -46,16 +44,22 @@ class Family(NamedTuple):
     shapes: Shapes
 
 
-Modes = tuple[np.ndarray, np.ndarray, Fields]  # omega^2 and bending energy fraction (modes,)
+class ModesOfFamilies(NamedTuple):
+    """The lowest modes of both families in one list."""
+
+    omega_squared: np.ndarray  # (modes,) ascending
+    fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
+    fields: Fields
 
 
-def merge(stretching: Family, bending: Family, modes: int) -> Modes:
+def merge(stretching: Family, bending: Family, modes: int) -> ModesOfFamilies:
     """The lowest `modes` modes of two uncoupled families."""
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
-    order = omega_squared.argsort(kind="stable")[:modes]
+    known = np.isfinite(omega_squared).sum()  # a family may have fewer than another
+    order = omega_squared.argsort(kind="stable")[: min(modes, known)]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
     fields = partial(fields_of_families, stretching.shapes, bending.shapes, order)
-    return omega_squared[order], fraction, fields
+    return ModesOfFamilies(omega_squared[order], fraction, fields)
 
 
 def fields_of_families(
@@ -76,41 +80,35 @@ def coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
 
 def modes_of_matrices(
     beam: Beam, problem: Problem, K: Pair, F: Pair, shapes: tuple[Basis, Basis]
-) -> Modes:
+) -> ModesOfFamilies:
     """The lowest modes of the matrices along the beam and of those across it. K (n, n): stiffness
     without softening. F (m, n): factors of the mass matrices F' F. The softening, a multiple of the
     mass, shifts omega^2, across the beam in the plane of rotation only."""
-    Ma, Mb = (f.T @ f for f in F)
-    free = beam.root == 0 and bool(turns_freely(stack_of([beam]), problem)[0])
-    if problem.gyroscopic and beam.gamma:
-        Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
-        stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
-        gamma = np.full((1, 1, 1), beam.gamma)
-        coupled = eigen.gyroscopic_modes(*stacks, gamma, problem.modes, singular=free)
-        along, across = shapes[0](coupled.a[0]), shapes[1](coupled.b[0])
+    beams = stack_of([beam])
+    Ka, Kb, Fa, Fb = (matrix[None] for matrix in (*K, *F))
+    pencil = Families(
+        across=pencils.Family(Kb, Fb.mT @ Fb, Fb),
+        along=pencils.Family(Ka, Fa.mT @ Fa, Fa),
+        softening=softening_of_families(beams, problem),
+        gamma=beams.gamma[..., None] if problem.gyroscopic and beam.gamma else None,
+        definiteness=definiteness_of_bending(beams, problem),
+        rigid=turns_freely(beams, problem),
+    )
+    modes = lowest_modes(pencil, problem.modes)
+    b, a = modes.V
+    along, across = shapes[0](a[0]), shapes[1](b[0])
+    omega_squared = modes.omega_squared[0]
+    if modes.fraction is not None:
         fields = partial(coupled_fields, along, across)
-        omega_squared = coupled.omega_squared[0]
-        if free:
-            omega_squared[abs(omega_squared).argmin()] = 0.0
-        return omega_squared, coupled.fraction[0], fields
-    softening = beam.gamma**2
-
-    omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
-    stretching = Family(omega_squared - softening, shapes[0](V))
-
-    shift = eigen.COMPRESSED if beam.delta < 0 or beam.root < math.inf else 0.0
-    omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
-    omega_squared = omega_squared - softening * problem.chordwise
-    if free:  # a rigid rotation about the hinge
-        omega_squared[0] = 0.0
-    bending = Family(omega_squared, shapes[1](V))
-    return merge(stretching, bending, problem.modes)
+        return ModesOfFamilies(omega_squared, modes.fraction[0], fields)
+    bending, stretching = omega_squared
+    return merge(Family(stretching, along), Family(bending, across), problem.modes)
 
 
-def build_solution(
+def solution_of(
     beam: Beam,
     problem: Problem,
-    modes: Modes,
+    modes: ModesOfFamilies,
     size: tuple[int, int, int],
     curve: Curve = straight,
     iterations: int = 0,
@@ -119,26 +117,23 @@ def build_solution(
     """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium, nodes:
     between which it is smooth."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
-    s = exponents(omega_squared)
-    buckled = False
-    if not problem.chordwise and beam.delta < 0:
-        bending = omega_squared[fraction >= 0.5]
-        if beam.is_uniform and len(bending):  # in the plane, omega^2 is lower by gamma^2
-            buckled = bool(bending[0] < beam.gamma**2)
-        else:
-            buckled = is_buckled(beam, problem)
+    bending = omega_squared[fraction >= 0.5]
+    lowest = float(bending[0]) if len(bending) else None
     breaks = np.union1d(nodes, ends_of_spans(beam))
-    loads = Loads(beam, problem.chordwise, breaks, curve)
-    errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
-    return Solution(
-        beam=beam,
-        problem=problem,
-        equilibrium=Equilibrium(status_of(s), iterations, loads, buckled_chordwise=buckled),
-        stats=Stats(dof, problem.method, elements, order),
-        s=read_only(s),
-        estimate_errors=errors,
-        bending_energy_fraction=read_only(fraction),
-        fields=fields,
+    buckled = is_buckled_chordwise(beam, problem, lowest, solve_one)
+    return build_solution(
+        beam,
+        problem,
+        State(curve, breaks, iterations, buckled_chordwise=buckled),
+        Vibration(
+            s=exponents(omega_squared),
+            fraction=fraction,
+            fields=fields,
+            estimate_errors=partial(
+                errors_against_reference, beam, problem, omega_squared, fraction
+            ),
+        ),
+        Stats(dof, problem.method, elements, order),
     )
 
 
@@ -146,7 +141,7 @@ def no_equilibrium(beam: Beam, problem: Problem) -> NoEquilibrium | None:
     """The error of the default method for a beam that has no equilibrium, with its limit; None
     where it has one, or none that the default method finds. For a method that did not converge."""
     finer = replace(problem, modes=1, method="auto", coriolis=False, elements=None, terms=None)
-    (reference,) = solve_hp([beam], finer)
+    reference = solve_one(beam, finer)
     return reference if isinstance(reference, NoEquilibrium) else None
 
 
@@ -159,7 +154,7 @@ def errors_against_reference(
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
     finer = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
-    (reference,) = solve_hp([beam], replace(finer, tolerance=REFERENCE_TOLERANCE))
+    reference = solve_one(beam, replace(finer, tolerance=REFERENCE_TOLERANCE))
     errors = np.full(modes, np.inf)
     if isinstance(reference, BeamvizError):
         return errors

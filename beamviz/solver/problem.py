@@ -178,7 +178,7 @@ class Problem:
     )
     state: str = option(
         "straight",
-        "Equilibrium to vibrate about. straight: with status unstable where it is not stable; bent:"
+        "Equilibrium to vibrate about. straight: with divergence where it is not stable; bent:"
         " the stable deflected equilibrium of lowest energy; stable: the straight one where that"
         " is stable, else the deflected one. A beam with a spin-up has no straight state.",
         choices=("straight", "bent", "stable"),

@@ -46,8 +46,8 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.eigen import COMPRESSED
 from beamviz.solver.families import Family, Shapes
+from beamviz.solver.pencil.inverse import COMPRESSED
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Solution, false_position, read_only, straight
@@ -85,7 +85,7 @@ def assumed_modes(beam: Beam, problem: Problem) -> Solution:
             f"terms = {terms}: beyond {MOST_WITH_DIGITS}, cosh and sinh cancel, and no digit is"
             " left; fewer terms help"
         ) from None
-    return families.build_solution(beam, problem, modes, (2 * terms, 1, terms))
+    return families.solution_of(beam, problem, modes, (2 * terms, 1, terms))
 
 
 def clamped_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -147,7 +147,7 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     omega_squared = s * abs(s) - beam.gamma**2 * problem.chordwise
     bending = Family(omega_squared, PPoly(c[::-1] * scale, ends))
     both = families.merge(_stretching(beam, modes), bending, modes)
-    return families.build_solution(beam, problem, both, (2, 1, terms))
+    return families.solution_of(beam, problem, both, (2, 1, terms))
 
 
 def tension_spans(beam: Beam) -> list[TensionSpan]:
@@ -305,7 +305,7 @@ def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
     modes = families.merge(stretching, bending, problem.modes)
     curve = partial(_curve, grid.ends, grid.to_series, np.column_stack((J @ f, f)))
     size = (2 * len(grid.points), 1, order)
-    return families.build_solution(beam, problem, modes, size, curve, root.iterations)
+    return families.solution_of(beam, problem, modes, size, curve, root.iterations)
 
 
 def _stretching_operators(

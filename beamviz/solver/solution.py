@@ -45,16 +45,7 @@ class Stats:
     seconds: float = math.nan  # wall time [s] of `solve`, or of `solve_many` for all its beams
 
 
-Status = Literal["stable", "unstable", "growing"]
-
-
-def status_of(s: NDArray) -> Status:
-    """The status of an equilibrium with modes s (modes,), growth rate + i frequency: "unstable" if
-    a disturbance without vibration leaves it, "growing" if a vibration about it grows."""
-    grows = s.real > 0
-    if not grows.any():
-        return "stable"
-    return "unstable" if (s.imag[grows] == 0).any() else "growing"
+Status = Literal["stable", "unstable", "growing"]  # see `beamviz.solver.stability`
 
 
 @dataclass(frozen=True)
@@ -62,11 +53,10 @@ class Equilibrium:
     """The equilibrium about which the beam vibrates; lengths in units of L, x in [0, 1] along the
     unstretched beam. Its methods raise ValueError for x outside.
 
-    status: "stable", "unstable" (a disturbance without vibration leaves it) or "growing" (a
-    vibration about it grows, by more than the rounding error of its growth rate). Of a beam without
-    a spin-up it is certain: the least eigenvalue of the stiffness decides. With a spin-up it is by
-    the modes asked for and the four next ones by |s|. buckled_chordwise: of a straight beam that
-    vibrates flapwise, whether it is unstable in the plane of rotation.
+    status: "stable"; "unstable": with divergence, a disturbance grows without vibration; or
+    "growing": with flutter, a vibration grows by more than the rounding error of its growth rate.
+    `beamviz.solver.stability` decides. buckled_chordwise: of a straight beam that vibrates
+    flapwise, whether it is unstable in the plane of rotation.
     """
 
     status: Status
@@ -350,11 +340,6 @@ class Solution:
         """The larger component (len(x), modes) of each mode at x."""
         shapes = self.displacement(x).real
         return np.take_along_axis(shapes, self.larger_component[None, None], axis=1)[:, 0]
-
-
-def exponents(omega_squared: NDArray) -> NDArray:
-    """s (modes,), growth rate + i frequency, of modes that either vibrate or grow."""
-    return np.sqrt(-omega_squared + 0j)
 
 
 def omega_squared_of(s: NDArray) -> NDArray:

@@ -17,13 +17,13 @@ from beamviz.sweeps.plan import Plan
 STATUSES = (
     "not computed",
     "solved",  # and stable
-    "unstable",  # a disturbance leaves the state without vibration
+    "divergence",  # a static instability
     "no equilibrium",
     "not converged",
-    "vibrations grow",
+    "flutter",  # a vibration grows
     "buckled chordwise",  # a flapwise beam, itself stable, that is unstable in the other plane
 )
-NOT_COMPUTED, SOLVED, UNSTABLE, NO_EQUILIBRIUM, NOT_CONVERGED, GROWING, BUCKLED_CHORDWISE = range(
+NOT_COMPUTED, SOLVED, DIVERGENCE, NO_EQUILIBRIUM, NOT_CONVERGED, FLUTTER, BUCKLED_CHORDWISE = range(
     len(STATUSES)
 )
 FAMILIES = ("bending", "stretching", "mixed")
@@ -172,4 +172,4 @@ def status_code(equilibrium: Equilibrium) -> int:
     """The code of the status of a solved beam."""
     if equilibrium.stable:
         return BUCKLED_CHORDWISE if equilibrium.buckled_chordwise else SOLVED
-    return UNSTABLE if equilibrium.status == "unstable" else GROWING
+    return DIVERGENCE if equilibrium.status == "unstable" else FLUTTER

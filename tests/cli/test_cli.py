@@ -122,7 +122,7 @@ SHOWN = {  # regular expressions of lines
         r"^ *gamma .*\n(?: +\d+(?:\.\d)?  .*\n){21}(?! +\d)",
     ],
     f"{LOCI} 8 --points 5 --delta -1": [
-        r"unstable for gamma = 2\.99604 \.\. 8", r"No crossing or veering in this range\.",
+        r"divergence for gamma = 2\.99604 \.\. 8", r"No crossing or veering in this range\.",
         "^ +8 +unstable ",
     ],
     f"{LOCI} 20 --points 3 --si STEEL --per-rev 2": ["rpm ", "resonance 2x"],

@@ -133,11 +133,11 @@ def test_beams_without_a_frequency_are_explained(guest):
     have a frequency, and a beam that has buckled in the other plane all: these are named too."""
     guest.do("tab", "map")
     guest.set(mapped="1", delta=-1.0)
-    guest.says("Grey: unstable")
+    guest.says("Grey: divergence")
     *_, values = grid(map_shown(guest, name="mode 1"))
     assert 0 < np.isnan(values).mean() < 1
     guest.set(mapped="2")
-    guest.says("In colour, but: unstable")
+    guest.says("In colour, but: divergence")
     guest.set(plane="flapwise")
     guest.says("In colour, but: buckled chordwise")
 

@@ -80,7 +80,7 @@ def test_a_term_is_switched_and_back(guest, option):
     """The frequencies are those of `solve` with that option; the case before is compared with."""
     usual = option != "coriolis"
     if option == "stiffening":  # without it the beam is unstable
-        guest.choose(option, False, until="Unstable in bending")
+        guest.choose(option, False, until="Divergence in bending")
     else:
         guest.edit(**{option: not usual})
     guest.says("before, ω")
@@ -210,7 +210,7 @@ def test_a_number_out_of_range_is_named(guest):
 def test_an_unstable_state_is_shown_with_its_growth(guest):
     """An inward beam has buckled: its modes are listed with the rate of the one that grows."""
     guest.edit(alpha=0.0, gamma=5.0)
-    guest.choose("delta", -1.0, until="Unstable in bending")
+    guest.choose("delta", -1.0, until="Divergence in bending")
     solution = solve(Beam(beta=0.5, gamma=5, delta=-1))
     fastest = int(solution.growth_rates.argmax())
     rate, error = float(solution.growth_rates[fastest]), float(solution.errors[fastest])

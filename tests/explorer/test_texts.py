@@ -150,7 +150,7 @@ def test_warnings_name_their_reason_in_the_units_of_the_beam():
     buckled, real = (solve(Beam(gamma=5, delta=-1, units=one)) for one in (None, units))
     rate = buckled.growth_rates.max()
     growing = f"a disturbance grows {math.exp(rate):.0f}-fold per T*"
-    assert messages.stability_warning(buckled) == f"Unstable in bending\n{growing}"
+    assert messages.stability_warning(buckled) == f"Divergence in bending\n{growing}"
     assert messages.growth(0.01, None) == "grows tenfold in 2.3e+02 T*"
     tenfold = f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms"
     assert tenfold in messages.stability_warning(real)

@@ -32,7 +32,7 @@ def points(guest: Visitor) -> np.ndarray:
 def test_an_unstable_beam_is_drawn_with_its_own_numbers_and_grows(guest):
     """Hub -1 on the start page: the beam points inward. Its bending grows from nearly nothing, and
     by far more than the stable modes swing; choosing a stable mode says that another one grows."""
-    guest.choose("delta", -1.0, until="Unstable in bending")
+    guest.choose("delta", -1.0, until="Divergence in bending")
     guest.do("only", 0)
     sizes: list[float] = []
     while len(sizes) < 80:
@@ -52,7 +52,7 @@ def test_an_unstable_beam_is_drawn_with_its_own_numbers_and_grows(guest):
 def test_reduced_motion_shows_the_growth_as_a_still(guest):
     """At its full size, and it stays."""
     guest.do("preferences", "still")
-    guest.choose("delta", -1.0, until="Unstable in bending")
+    guest.choose("delta", -1.0, until="Divergence in bending")
     guest.do("only", 0)
     pause(guest)
     still = points(guest)

@@ -66,8 +66,9 @@ def test_place_and_width_of_a_veering(over, start, stop):
     order, at a distance of the width."""
     beam = Beam(alpha=1, beta=0.5, gamma=10)
     events = loci(beam, over, np.linspace(start, stop, 21), 6, coriolis=True).events
-    assert events
-    for event in events:
+    veerings = [event for event in events if event.kind == "veering"]
+    assert veerings
+    for event in veerings:
         step, squares = 0.02 * event.width, []
         for at in event.at + step * np.array([-1, 0, 1]):
             there = solve(beam.replace(**{over: at}), 7, coriolis=True, tolerance=1e-11).frequencies
@@ -278,3 +279,37 @@ def test_a_weak_veering_is_found(gamma):
         (near,) = loci(Beam(gamma=gamma), "alpha", ends, 4, coriolis=True).events
         assert near.at == pytest.approx(veering.at, abs=1e-3 * veering.width)
         assert near.gap == pytest.approx(veering.gap, rel=1e-3)
+
+
+def test_loci_that_come_close_and_keep_their_shapes():
+    """By direct solves the gap of two modes is least there, and each has the same shape before and
+    after it: it is neither a crossing nor a veering."""
+    beam, options = Beam(alpha=0.5, gamma=6, delta=0.5, mu=40), {"coriolis": True, "modes": 9}
+    found = loci(beam, "beta", np.linspace(0.37, 0.47, 21), **options)
+    (event,) = (event for event in found.events if event.kind == "close approach")
+    assert not [
+        other for other in found.events if abs(other.at - event.at) < 0.01 and other != event
+    ]
+    assert event.modes[1] == event.modes[0] + 1
+
+    def solved(beta):
+        return solve(beam.replace(beta=beta), **options)
+
+    def gap(beta):
+        return np.diff(solved(beta).frequencies[list(event.modes)]).item()
+
+    least = minimize_scalar(
+        gap,
+        (event.at - 0.01, event.at + 0.01),
+        method="bounded",
+        bounds=(event.at - 0.01, event.at + 0.01),
+        options={"xatol": 1e-8},
+    )
+    assert event.at == pytest.approx(least.x, abs=1e-4)
+    assert event.gap == pytest.approx(least.fun, rel=1e-6)
+    assert 0 < event.gap < 0.1 * event.frequency
+    x = np.linspace(0, 1, 201)
+    before, after = (solved(event.at + step).displacement(x) for step in (-0.01, 0.01))
+    for mode in event.modes:
+        a, b = before[..., mode].ravel(), after[..., mode].ravel()
+        assert abs(np.vdot(a, b)) > 0.9 * np.linalg.norm(a) * np.linalg.norm(b)

@@ -43,7 +43,7 @@ def test_coalescence_is_an_event(spin_up):
     (limit,) = spin_up.limits
     assert (limit.kind, limit.stop) == ("growing", 200)
     assert limit.start == event.at
-    assert limit.message.startswith("vibrations grow for spin_up = 85.67")
+    assert limit.message.startswith("flutter for spin_up = 85.67")
     before, after = (
         solve(SLENDER.replace(spin_up=event.at * factor), 2, **STABLE)
         for factor in (1 - 1e-6, 1 + 1e-6)
@@ -94,7 +94,7 @@ def test_the_command_line_tells_growth(run, tmp_path):
     table = run(*line)[1]
     assert "+5.7037" in table
     assert "coalescence" in table
-    assert "vibrations grow for spin_up" in table
+    assert "flutter for spin_up" in table
     assert "B1 +5.7" in chart.read_text()
 
 

@@ -142,7 +142,7 @@ def test_the_loci_of_a_line(store, tmp_path, run):
     assert plot.stat().st_size > 1000
 
 
-@pytest.mark.parametrize("status", ["not computed", "unstable", "not converged"])
+@pytest.mark.parametrize("status", ["not computed", "divergence", "not converged"])
 def test_beams_without_a_number_are_grey(status, store):
     """Exactly these, named in the legend."""
     data = open_sweep(store).load()
@@ -169,7 +169,7 @@ def test_beams_without_a_number_are_grey(status, store):
             {"spin_up": [0, 70.0, 100, 200], "gamma": [0, 1]},
             {"mu": 1e4},
             {"state": "stable"},
-            "vibrations grow",
+            "flutter",
         ),
     ],
 )

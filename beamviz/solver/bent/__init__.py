@@ -17,7 +17,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.straight_residual import LEFT
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentState, product
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_elements,
@@ -26,7 +26,7 @@ from beamviz.solver.bent.equilibrium import (
     stable_states,
 )
 from beamviz.solver.bent.lack import lack_of_modes, lack_of_state, whole
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
+from beamviz.solver.bent.modes import bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
     curve,
@@ -34,9 +34,10 @@ from beamviz.solver.bent.profile import (
     profile_of,
     saved,
 )
-from beamviz.solver.loads import Loads
+from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.pencil.matrices import TINY, Modes, product
 from beamviz.solver.problem import Problem, interruption
-from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.solution import Solution, Stats
 from beamviz.solver.straight import solve_hp
 from beamviz.solver.straight.refinement import MAX_ATTEMPTS
 from beamviz.space.elements import Elements
@@ -195,7 +196,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     return BentState(finer.beam, finer.q, state.iterations + finer.iterations)
 
 
-def _without_lack(state: BentState, modes: BentModes) -> tuple[BentModes, np.ndarray]:
+def _without_lack(state: BentState, modes: Modes) -> tuple[Modes, np.ndarray]:
     """The modes, with s about a stable state less what it is too high by, as the elements that span
     stations lack functions; and the lack (elements, modes) of v* T(s) v that may be left."""
     if not state.beam.trial.has_kinks:
@@ -206,10 +207,10 @@ def _without_lack(state: BentState, modes: BentModes) -> tuple[BentModes, np.nda
     shift = lack.sum(axis=0) / np.maximum(modes.pairing, TINY)
     left = np.where(shift < modes.s.imag, LEFT, 1.0)  # just past buckling it may be more than s
     s = modes.s - 1j * np.where(left < 1, shift, 0.0)
-    return modes._replace(s=s), left * lack
+    return modes._replace(omega_squared=-np.square(s)), left * lack
 
 
-def _errors(state: BentState, modes: BentModes, lack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _errors(state: BentState, modes: Modes, lack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
     The truncation error is what the highest functions of each element contribute to v* T(s) v,
@@ -244,10 +245,10 @@ def _errors(state: BentState, modes: BentModes, lack: np.ndarray) -> tuple[np.nd
     tails = [bent.Z[:, along] @ state.q[along] for along, _ in bent.trial.highest]
     lost = 4 * np.array([bent.w @ tail**2 for tail in tails]) / (bent.w @ state.f) ** 2
     relative += max(1.0, state.f[0]) * lost[:, None]
-    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
+    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding_of_s
 
 
-def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
+def _contributions_to_shapes(state: BentState, modes: Modes) -> np.ndarray:
     """What the highest functions t of each element in shapes v contribute to |v* T(s) v|
     (elements, modes): t* T v + v* T t - t* T t."""
     s, V, highest = modes.s, modes.V, state.beam.highest
@@ -275,27 +276,26 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
 
-def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solution:
+def _solution(state: BentState, modes: Modes, errors: np.ndarray) -> Solution:
     """The Solution of modes with these errors of s."""
-    squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.elements.orders
     V = modes.V
     moved = state.displaced(V)
     theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    profile = profile_of(whole(state))
-    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
-    equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
-    stats = Stats(bent.size, "hp", len(orders), max(orders))
     turned = (abs(state.turned(V)) ** 2).sum(axis=0)
-    fraction = (abs(across) ** 2).sum(axis=0) + turned
-    return Solution(
-        beam=bent.beam,
-        problem=bent.problem,
-        equilibrium=equilibrium,
-        stats=stats,
-        s=modes.s,
-        estimate_errors=partial(np.array, squared),
-        bending_energy_fraction=fraction,
-        fields=partial(fields, profile, state.gradients(V)),
+    profile = profile_of(whole(state))
+    return build_solution(
+        bent.beam,
+        bent.problem,
+        State(partial(curve, profile), bent.grid.breaks, state.iterations, saved(state)),
+        Vibration(
+            s=modes.s,
+            fraction=(abs(across) ** 2).sum(axis=0) + turned,
+            fields=partial(fields, profile, state.gradients(V)),
+            # errors of s^2
+            estimate_errors=partial(np.array, (2 * abs(modes.s) + errors) * errors),
+            all_s=modes.all_s,
+        ),
+        Stats(bent.size, "hp", len(orders), max(orders)),
     )

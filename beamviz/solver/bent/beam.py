@@ -14,6 +14,7 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.mechanics.planar import MAX_STRETCH, PlanarBeam, PlanarState
+from beamviz.solver.pencil.matrices import product
 from beamviz.solver.problem import Problem
 from beamviz.space.elements import Elements
 from beamviz.space.grid import Grid
@@ -25,15 +26,6 @@ SECTION_ACCURACY = 1e-9  # of that stretch, relative
 LEAST_RIGIDITY = 0.1  # of the axial stiffness, relative to that at rest: a law may have none left
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
-
-
-def product(A: Any, V: NDArray) -> NDArray:
-    """A V of a real matrix A (k, n) and vectors V (n, modes), which may be complex: numpy would
-    make the matrix complex, a copy of twice its size."""
-    if V.dtype != complex:
-        return A @ V
-    V = np.ascontiguousarray(V)
-    return (A @ V.view(float)).view(V.dtype)
 
 
 class Sections(NamedTuple):

@@ -25,7 +25,7 @@ from beamviz.mechanics.cubic_elements import (
 )
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
+from beamviz.solver.families import Shapes, modes_of_matrices, no_equilibrium, solution_of
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 
@@ -60,7 +60,7 @@ def solve(beam: Beam, problem: Problem) -> Solution:
         Fa, Fb, Kb = with_rotary_inertia(model, position, Fa, Fb, Kb, problem)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), (shapes, shapes))
     size, curve = (len(Ka) + len(Kb), len(nodes) - 1, 3), partial(_curve, nodes, position)
-    return build_solution(beam, problem, modes, size, curve, iterations, nodes)
+    return solution_of(beam, problem, modes, size, curve, iterations, nodes)
 
 
 def with_rotary_inertia(

@@ -13,17 +13,11 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.straight import StraightModes, rotation
-from beamviz.solver.loads import Loads
+from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.pencil.matrices import exponents
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import (
-    Equilibrium,
-    Solution,
-    Stats,
-    exponents,
-    read_only,
-    status_of,
-    straight,
-)
+from beamviz.solver.solution import Solution, Stats, read_only, straight
+from beamviz.solver.stability import is_buckled_chordwise
 from beamviz.solver.straight.refinement import ModesOrError, converged_modes
 
 MOST_CACHED = 2**14  # entries of a matrix: larger ones, of blades, are a small part of a solve
@@ -42,33 +36,26 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
     """The Solution of modes on a mesh, or the error in their place."""
     if isinstance(modes, BeamvizError):
         return modes
-    s, grid = exponents(modes.omega_squared), modes.grid
     orders, axial_orders = modes.orders
-    unknowns = sum(orders) + sum(axial_orders)
-    buckled = False
-    if problem.softening and not problem.chordwise:
-        if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2
-            buckled = bool(modes.lowest_bending < beam.gamma**2)
-        elif beam.delta < 0:
-            buckled = is_buckled(beam, problem)
-    loads = Loads(beam, problem.chordwise, grid.breaks, partial(_curve, modes))
-    return Solution(
-        beam=beam,
-        problem=problem,
-        equilibrium=Equilibrium(status_of(s), modes.iterations, loads, buckled_chordwise=buckled),
-        stats=Stats(unknowns, "hp", len(orders), max(orders)),
-        s=s,
-        estimate_errors=partial(_errors, modes),
-        bending_energy_fraction=modes.bending_energy_fraction,
+    lowest = float(modes.lowest_bending)
+    buckled = is_buckled_chordwise(beam, problem, lowest, solve_one)
+    curve = partial(_curve, modes)
+    state = State(curve, modes.grid.breaks, modes.iterations, buckled_chordwise=buckled)
+    vibration = Vibration(
+        s=exponents(modes.omega_squared),
+        fraction=modes.bending_energy_fraction,
         fields=ModeFields(modes),
+        estimate_errors=partial(_errors, modes),
     )
+    unknowns = sum(orders) + sum(axial_orders)
+    stats = Stats(unknowns, "hp", len(orders), max(orders))
+    return build_solution(beam, problem, state, vibration, stats)
 
 
-def is_buckled(beam: Beam, problem: Problem) -> bool:
-    """Whether the straight state of a beam is unstable in the plane of rotation, where it may have
-    another bending stiffness, and its bodies another inertia, than out of it: solved for."""
-    (chordwise,) = solve_hp([beam], replace(problem, plane="chordwise", coriolis=False, modes=1))
-    return isinstance(chordwise, Solution) and not chordwise.equilibrium.stable
+def solve_one(beam: Beam, problem: Problem) -> Solution | BeamvizError:
+    """`solve_hp` of one beam."""
+    (answer,) = solve_hp([beam], problem)
+    return answer
 
 
 def _errors(modes: StraightModes) -> np.ndarray:

@@ -1,186 +1,172 @@
-"""Symmetric and gyroscopic eigenproblems, solved so that the low modes are accurate.
+"""Two families of motions of a stack of beams: along the beam (a) and across it (b).
 
-With thin elements or high order the eigenvalues of K v = lambda M v span a factor of 1e17, and the
-usual reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu: the low
-modes are the largest nu, and the rounding errors are in the high modes, which are not returned.
-
-Coriolis forces make the problem M q" + 2 gamma G q' + K q = 0. Its unknowns q are those along the
-beam (a) and those across it (b), with K = diag(Ka, Kb), softening included, M = diag(Fa' Fa,
-Fb' Fb) and G = [[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacements at common
-points times the root of the mass there.
+Uncoupled they are two symmetric problems. Coriolis forces make the problem M q" + 2 gamma G q' +
+K q = 0 of q = (a, b), with K = diag(Ka, Kb), softening included, M = diag(Fa' Fa, Fb' Fb) and G =
+[[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacements at common points times the root
+of the mass there.
 """
 
-from functools import lru_cache
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import blas, lapack
+from scipy.linalg import blas
 
 from beamviz.errors import NotConverged
+from beamviz.solver.pencil.inverse import COMPRESSED, eigh_largest, inverse_modes_with_shift
+from beamviz.solver.pencil.matrices import EPS, TINY, Families, Family, Modes, exponents
 
-EPS = float(np.finfo(float).eps)  # 2.2e-16
-# Shift of beams that may buckle, and the least scale of the errors of omega^2, which compression
-# may bring near zero: omega^2 of bending at rest is 12.
-COMPRESSED = 16.0
-SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
-NEARLY_SINGULAR = 4.0  # ratio of shift to least shifted eigenvalue above which both lose digits
-FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
-BLOCK = 8  # columns that LAPACK reduces at once: faster than its choice of 32 up to 250 unknowns
+# Safety factor of rounding errors: twice the least for which the errors of 5000 random beams over
+# the accepted domain were within their estimates (scripts/measure_error_bars.py).
+ROUNDING_FACTOR = 30.0
 FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z Z' are too inaccurate
 HIGHEST = 1e10  # ratio to the lowest eigenvalue above which modes are rounding error
 MAX_INDEFINITE = 400  # most unknowns of an unstable gyroscopic problem: 0.05 s
 INDEFINITE_ROUNDING = 2e4  # of omega^2 in such a problem, in units of EPS, on random beams
 
 
-def symmetric_modes(
-    K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
-    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
-    (n, count), V' M V = 1.
+def uncoupled_modes(pencil: Families, count: int) -> Modes:
+    """The `count` lowest modes of each family; fewer where neither has as many.
 
-    M is positive semidefinite. shift: the eigenvalues of K + shift M are computed, with a larger
-    shift where that is not positive definite. Give one for an indefinite K (a compressed beam): an
-    eigenvalue near -shift makes the others inaccurate. Raises NotConverged.
+    Softening shifts every omega^2 and does not change the modes: it is subtracted at the end. Where
+    K across the beam is semidefinite, its lowest omega^2 is the Rayleigh quotient of its shape, and
+    the others, which beside it would be rounding errors, are computed with a shift.
     """
-    nu, rows, added = inverse_modes_with_shift(M, K, count, shift)
-    return 1 / nu - added, rows.T / np.sqrt(abs(nu))  # from V' (K + added M) V = 1
-
-
-def family_modes(
-    K: np.ndarray, M: np.ndarray, A: np.ndarray, count: int, shift: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and the
-    smaller problem c = lambda A c, A (beams, r, r), which needs no shift.
-
-    Returns the vectors v (beams, n, count) and c (beams, r, count); lambda + shift (beams, 2,
-    count), which has the rounding error; and the shift (beams, 2, 1). Lambda and the vectors are
-    nan beyond the r modes of the second family, and where 1 / (lambda + shift) is only rounding
-    error: of either sign, it would pass for an instability.
-    """
+    (K, M, _), A, Ka = pencil.across, pencil.along.mass, pencil.along.K
+    assert K is not None
+    assert M is not None
     stack, n, r = len(K), K.shape[-1], A.shape[-1]
-    count = min(count, n)
-    few = min(count, r)
-    nu, added = np.empty((stack, 2, count)), np.zeros((stack, 2, 1))
-    V, C = np.empty((stack, count, n)), np.empty((stack, count, r))
+    count = min(count, max(n, r))
+    across, along = min(count, n), min(count, r)  # numbers of modes
+    shift = 0.0 if pencil.definiteness == "definite" else COMPRESSED
+    nu, shifts = np.empty((stack, 2, count)), []
+    b, a = np.empty((stack, count, n)), np.empty((stack, count, r))
     for k in range(stack):
-        nu[k, 0], V[k], added[k, 0] = inverse_modes_with_shift(M[k], K[k], count, shift)
-        nu[k, 1, :few], C[k, :few] = eigh_largest(A[k], few)
-    if few < count:
-        nu[:, 1, few:], C[:, few:] = np.nan, np.nan
-    # An element beside a mass near the clamp is short, and has hardly any mass.
+        nu[k, 0, :across], b[k, :across], added = inverse_modes_with_shift(M[k], K[k], count, shift)
+        if Ka is None:
+            nu[k, 1, :along], a[k, :along] = eigh_largest(A[k], count)
+            added_along = 0.0
+        else:
+            modes = inverse_modes_with_shift(A[k], Ka[k], count, 0.0)
+            nu[k, 1, :along], a[k, :along], added_along = modes
+        shifts.append((added, added_along))
+    if across < count:
+        nu[:, 0, across:], b[:, across:] = np.nan, np.nan
+    if along < count:
+        nu[:, 1, along:], a[:, along:] = np.nan, np.nan
+    # An element beside a mass near the clamp is short, and has hardly any mass: 1 / nu is only
+    # rounding error there, of either sign, and would pass for an instability.
     nu[nu <= EPS * nu[..., :1]] = np.nan
-    size = 1 / nu
-    root = np.sqrt(abs(size))[..., None]
-    V *= root[:, 0]
-    C *= root[:, 1]
-    return V.mT, C.mT, size, added
-
-
-def eigh_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The `count` largest eigenvalues (count,), descending, of symmetric A (n, n), of which the
-    upper triangle is read, and their vectors, each a row.
-
-    Of a larger problem a few vectors are computed by inverse iteration on the tridiagonal matrix:
-    scipy.linalg.eigh with subset_by_index takes twice as long, which is a tenth to a fifth of a
-    solve with Coriolis forces or of a fast beam. Below that size its checks alone are 7 % of one.
-    """
-    # The transpose is in column order as LAPACK requires: no copy.
-    n, count = len(A), min(count, len(A))
-    if n >= max(FEW, 2 * count):
-        reflectors, d, e, tau, _ = lapack.dsytrd(A.T, lower=1, lwork=BLOCK * n)
-        nu, failed = lapack.dsterf(d, e)
-        if not failed:
-            V, failed = lapack.dstein(d, e, nu[n - count :], *_one_block(n))
-        if not failed:
-            V[1:] = lapack.dormqr("L", "N", reflectors[1:, :-1], tau, V[1:], BLOCK * n)[0]
-            return nu[: -count - 1 : -1], V.T[count - 1 :: -1]
-    nu, V, info = lapack.dsyevd(A.T, lower=1)
-    if info:
-        raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return nu[: -count - 1 : -1], V.T[: -count - 1 : -1]
-
-
-@lru_cache
-def _one_block(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers and ends (n,) of the blocks of a tridiagonal matrix of one block."""
-    return np.ones(n, np.int32), np.full(n, n, np.int32)
-
-
-def generalized_eigh(
-    M: np.ndarray, K: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """The `count` largest nu, descending, of M v = nu K v, V K V' = 1, their v as rows; None for an
-    indefinite K."""
-    L, info = lapack.dpotrf(K.T, lower=1)
-    if info:
-        return None
-    A, _ = lapack.dsygst(M.T, L, lower=1)
-    nu, V = eigh_largest(A.T, count)
-    return nu, blas.dtrsm(1, L, V.T, lower=1, trans_a=1).T
-
-
-def inverse_modes_with_shift(
-    M: np.ndarray, K: np.ndarray, count: int, shift: float
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """The `count` largest nu, descending, of M v = nu (K + added M) v, their v as rows, and the
-    shift added: the one given, or one that makes it positive definite."""
-    for added in chain((shift,), SHIFTS):
-        modes = generalized_eigh(M, K + added * M if added else K, count)
-        if modes is None:
-            continue
-        nu, vectors = modes
-        if nu[0] * added > NEARLY_SINGULAR:
-            modes = generalized_eigh(M, K + 2 * added * M, count)
-            if modes is not None:
-                return *modes, 2 * added
-        return nu, vectors, added
-    raise NotConverged(
-        f"the stiffness is not positive definite, nor with {SHIFTS[-1]:.3g} times the mass added:"
-        " the beam may be too near a limit of its equilibrium"
+    shifted = 1 / nu
+    root = np.sqrt(abs(shifted))[..., None]
+    b *= root[:, 0]
+    a *= root[:, 1]
+    omega_squared, size = shifted - pencil.softening, shifted
+    is_shifted = any(map(any, shifts))
+    if is_shifted:
+        # K and the shift cancel, and in the motion of a heavy mass the rotation about the root and
+        # bending: sum of absolute terms.
+        by = np.array(shifts)[..., None]
+        diagonal = np.linalg.diagonal(K)
+        terms = np.vecdot((diagonal + by[:, 0] * np.linalg.diagonal(M))[:, None], b**2)
+        omega_squared, size = shifted - by - pencil.softening, shifted.copy()
+        size[:, 0] = terms
+        if pencil.definiteness == "semidefinite":
+            lowest = b[:, 0]
+            stored = np.vecdot(lowest, np.matvec(K, lowest))
+            omega_squared[:, 0, 0] = stored - pencil.softening[:, 0, 0]
+            size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
+    relative = shifted / shifted[..., :1]  # largest in the high modes
+    rigid = None
+    if pencil.rigid is not None and pencil.rigid.any():
+        rigid = np.zeros(omega_squared.shape, bool)
+        rigid[:, 0, 0] = pencil.rigid
+        omega_squared[rigid] = 0.0
+    return Modes(
+        omega_squared,
+        V=(b.mT, a.mT),
+        rounding=ROUNDING_FACTOR * EPS * size * (1 + relative),
+        definite=not is_shifted,
+        pairing=2 * np.sqrt(abs(omega_squared)),
+        rigid=rigid,
     )
 
 
-class GyroscopicModes(NamedTuple):
-    """Modes of a stack of coupled problems: q = Re (a, b) e^(i omega t), or e^(growth t) where
-    omega^2 = -growth^2."""
+class Coupled(NamedTuple):
+    """Modes of a stack of coupled problems before they are scaled."""
 
     omega_squared: np.ndarray  # (beams, count) ascending
     a: np.ndarray  # (beams, na, count) complex, unit modal mass
     b: np.ndarray  # (beams, nb, count)
     fraction: np.ndarray  # (beams, count) share of b in the kinetic energy
     stored: np.ndarray  # (beams, count) a* Ka a + b* Kb b
-    relative_rounding: np.ndarray  # (beams, count) rounding error of omega^2, in units of EPS
-    definite: bool  # whether K is positive definite
+    relative: np.ndarray  # (beams, count) rounding error of omega^2, in units of EPS
 
 
 Stacks = tuple[np.ndarray, np.ndarray]  # matrices of each beam, of family a and of family b
 
 
-def gyroscopic_modes(
-    K: Stacks,
-    F: Stacks,
-    gamma: np.ndarray,
-    count: int,
-    max_rounding: float = 1e6,
-    singular: bool = False,
-) -> GyroscopicModes:
-    """The `count` lowest modes of a stack of problems, gamma (beams, 1, 1).
+def coupled_modes(pencil: Families, count: int) -> Modes:
+    """The `count` lowest modes with Coriolis forces.
 
     Frequencies are real by construction where K is positive definite; LinAlgError is raised where
-    it is not for one of several. max_rounding: rounding error of omega^2, in units of EPS, above
-    which a more accurate algorithm is used. singular: whether K of a single problem is known to be
-    singular. Raises NotConverged.
+    it is not for one of several beams. A shape is real along the beam and imaginary across it, or
+    the other way round. |y* T'(s) v| is omega + v* K v / omega.
     """
+    gamma, Fa, Fb = pencil.gamma, pencil.along.F, pencil.across.F
+    assert gamma is not None
+    assert Fa is not None
+    assert Fb is not None
+    stiffness = _stiffness(pencil.along), _stiffness(pencil.across)
+    soft = pencil.softening[..., None]
+    K = (
+        stiffness[0] - soft[:, 1] * pencil.along.mass,
+        stiffness[1] - soft[:, 0] * pencil.across.mass,
+    )
+    singular = pencil.rigid is not None and bool(pencil.rigid.any())
+    L = None if singular else _factors(K, alone=len(gamma) == 1)
+    if L is None:
+        modes = _indefinite_gyroscopic(K, (Fa, Fb), gamma.item(), count)
+    else:
+        max_rounding = pencil.tolerance / (10 * ROUNDING_FACTOR * EPS)
+        modes = _definite_gyroscopic(L, (Fa, Fb), gamma, count, max_rounding)
+    omega_squared, squares = modes.omega_squared, abs(modes.omega_squared)
+    size = squares + gamma[..., 0] ** 2
+    if L is None:  # compression and a shift cancel: sum of absolute terms
+        size = size + COMPRESSED
+        for k, shape in zip(stiffness, (modes.a, modes.b), strict=True):
+            size = size + np.vecmat(abs(np.linalg.diagonal(k)), abs(shape) ** 2)
+    pairing = (squares + abs(modes.stored)) / np.maximum(np.sqrt(squares), TINY)
+    rigid = None
     if singular:
-        return _indefinite_gyroscopic(K, F, gamma.item(), count)
+        rigid = np.arange(count) == squares.argmin(axis=-1)[:, None]
+        omega_squared[rigid] = 0.0
+    return Modes(
+        omega_squared,
+        V=(modes.b, modes.a),
+        rounding=ROUNDING_FACTOR * EPS * size * (1 + modes.relative),
+        definite=L is not None,
+        pairing=pairing,
+        fraction=modes.fraction,
+        rigid=rigid,
+    )
+
+
+def _stiffness(family: Family) -> np.ndarray:
+    """K (1 or beams, n, n), the identity where there is none."""
+    if family.K is not None:
+        return family.K
+    assert family.F is not None
+    return np.eye(family.F.shape[-1])[None]
+
+
+def _factors(K: Stacks, alone: bool) -> Stacks | None:
+    """The Cholesky factors; of a single beam None where either is not positive definite."""
     try:
-        L = np.linalg.cholesky(K[0]), np.linalg.cholesky(K[1])
+        return np.linalg.cholesky(K[0]), np.linalg.cholesky(K[1])
     except np.linalg.LinAlgError:
-        if len(gamma) > 1:
-            raise
-        return _indefinite_gyroscopic(K, F, gamma.item(), count)
-    return _definite_gyroscopic(L, F, gamma, count, max_rounding)
+        if alone:
+            return None
+        raise
 
 
 class InverseRoot(NamedTuple):
@@ -215,7 +201,7 @@ class InverseRoot(NamedTuple):
 
 def _definite_gyroscopic(
     L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_rounding: float
-) -> GyroscopicModes:
+) -> Coupled:
     """The modes for K = diag(La La', Lb Lb').
 
     With q = (a, i b) e^(i omega t) the problem is real; with the velocities omega Fb b and
@@ -255,14 +241,13 @@ def _definite_gyroscopic(
         _divide_by_factor(l, (q / root).mT, transposed=False).mT
         for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb]))
     )
-    return GyroscopicModes(
+    return Coupled(
         omega_squared=omega_squared,
         a=a.astype(complex),
         b=1j * b,
         fraction=across / (along + across),
         stored=stored / mass,
-        relative_rounding=rounding,
-        definite=True,
+        relative=rounding,
     )
 
 
@@ -292,7 +277,7 @@ def _divide_by_factor(L: np.ndarray, B: np.ndarray, transposed: bool) -> np.ndar
     return np.array([blas.dtrsm(1, l.T, b.T, trans_a=transposed).T for l, b in pairs])
 
 
-def _indefinite_gyroscopic(K: Stacks, F: Stacks, gamma: float, count: int) -> GyroscopicModes:
+def _indefinite_gyroscopic(K: Stacks, F: Stacks, gamma: float, count: int) -> Coupled:
     """The modes of a single problem where either Ka or Kb is indefinite."""
     (Ka, Kb), (Fa, Fb) = K, F
     omega_squared, a, b = _indefinite(Ka[0], Fa[0], Kb[0], Fb[0], gamma, count)
@@ -301,14 +286,13 @@ def _indefinite_gyroscopic(K: Stacks, F: Stacks, gamma: float, count: int) -> Gy
     stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((Ka, a), (Kb, b)))
     mass = along + across
     root = np.sqrt(mass)[:, None]
-    return GyroscopicModes(
+    return Coupled(
         omega_squared=omega_squared[None],
         a=a / root,
         b=b / root,
         fraction=across / mass,
         stored=stored / mass,
-        relative_rounding=np.full((1, len(omega_squared)), INDEFINITE_ROUNDING),
-        definite=False,
+        relative=np.full((1, len(omega_squared)), INDEFINITE_ROUNDING),
     )
 
 
@@ -332,7 +316,7 @@ def _indefinite(
             f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, lower gamma, or ask for"
             " fewer elements or modes"
         )
-    l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
+    l, A = _symmetric(Ka, Fa.T @ Fa, len(Ka))
     if l[0] <= 0:
         if np.linalg.eigvalsh(Kb)[0] <= 0:
             raise NotConverged(
@@ -351,7 +335,14 @@ def _indefinite(
     K[na:, :na] = K[:na, na:].T
     K[na:, na:] = Kb + 4 * gamma**2 * C.T @ C
     M[na:, na:] = Fb.T @ Fb
-    omega_squared, V = symmetric_modes(K, M, count, COMPRESSED)
-    s = np.sqrt(-omega_squared + 0j)
+    omega_squared, V = _symmetric(K, M, count)
+    s = exponents(omega_squared)
     a = A @ (s * V[:na] / np.sqrt(l)[:, None])
     return omega_squared, a, V[na:].astype(complex)
+
+
+def _symmetric(K: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` lowest eigenvalues of K v = lambda M v, ascending, and their vectors (n, count),
+    V' M V = 1. K may be indefinite."""
+    nu, rows, added = inverse_modes_with_shift(M, K, count, COMPRESSED)
+    return 1 / nu - added, rows.T / np.sqrt(abs(nu))  # from V' (K + added M) V = 1
