@@ -89,7 +89,30 @@ SPIN_UP = Parameter(
     hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
     " speed falls, it runs ahead",
 )
-NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP}  # the five and the spin-up
+SECTION = {  # of bending in space
+    "flap": Parameter(
+        *("κ", "flapwise stiffness", "flap", "EI_flap / EI"),
+        limits=(1e-6, 1e6),
+        slider=(0.01, 4.0, 0.01),
+        hint="Stiffness for bending out of the plane of rotation over that in it. 1: a round or a"
+        " square section, below 1: a flat one that lies in the plane",
+    ),
+    "pitch": Parameter(
+        *("θ", "pitch", "pitch", "angle of the section at the root [deg]"),
+        limits=(-180.0, 180.0),
+        slider=(-90.0, 90.0, 0.5),
+        hint="Angle in degrees by which the section at the root is turned about the beam, from the"
+        " plane of rotation towards its axis. It couples bending in and out of the plane",
+    ),
+    "twist": Parameter(
+        *("φ", "twist", "twist", "turn of the section, root to tip [deg]"),
+        limits=(-180.0, 180.0),
+        slider=(-90.0, 90.0, 0.5),
+        hint="Angle in degrees by which the section at the tip is turned from that at the root, in"
+        " proportion to x between them",
+    ),
+}
+NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP, **SECTION}
 MAX_GAMMA_OVER_MU = 5.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
@@ -102,6 +125,11 @@ class Beam:
     delta: hub radius a / L (negative: the beam points inward), mu: slenderness
     sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
     lambda = T*^2 dOmega/dt of a beam whose speed changes.
+
+    flap: stiffness of a uniform beam for bending out of the plane of rotation over that in it,
+    E I; a blade has its own. pitch: angle [deg] by which the section at the root is turned about
+    the beam, from the plane of rotation towards its axis; twist: that of the tip beyond the root,
+    in proportion to x between them. A turned section needs plane="both".
 
     Of a beam that is not uniform (rho A, E I and E A are those of its root section): blade: its
     properties along the span; masses: more bodies on it; root: stiffness [E I / L] of a rotational
@@ -121,6 +149,9 @@ class Beam:
     blade: Blade | None = None
     masses: tuple[Mass, ...] = ()
     root: float = math.inf
+    flap: float = 1.0
+    pitch: float = 0.0
+    twist: float = 0.0
 
     def __new__(cls, *_: Any, **numbers: Any) -> Self:
         for name in numbers.keys() - cls.__dataclass_fields__.keys():
@@ -133,6 +164,10 @@ class Beam:
         together(checks)
         if not isinstance(self.blade, Blade | None):
             raise InvalidInput(f"blade = {self.blade!r}: must be a Blade")
+        if self.blade is not None and self.flap != 1:
+            raise InvalidInput(
+                f"flap = {self.flap:g}: is that of a uniform beam; a blade has its own `flap`"
+            )
         masses: Any = self.masses
         bodies = tuple(masses) if isinstance(masses, Iterable) else (masses,)
         if not all(isinstance(body, Mass) for body in bodies) or isinstance(masses, Mass):
@@ -174,9 +209,13 @@ class Beam:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The five numbers by name, and spin_up where it is not 0."""
-        names = NUMBERS if self.spin_up else PARAMETERS
-        return {name: getattr(self, name) for name in names}
+        """The five numbers by name, and the others where they differ from those by default."""
+        values = {name: getattr(self, name) for name in NUMBERS}
+        return {
+            name: value
+            for name, value in values.items()
+            if name in PARAMETERS or value != getattr(type(self), name)
+        }
 
     def __repr__(self) -> str:
         values = {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 PROPERTIES = ("mass", "bending", "axial", "flap")
 PROPERTY_LIMITS = (1e-6, 1e6)  # of a property over that of the root section
+TWIST_LIMITS = (-720.0, 720.0)  # [deg]
+# The properties that are bending stiffnesses, by the name of what `Blade.at` gives of them.
+STIFFNESSES = {"bending": ("bending",), "flap": ("flap",), "both": ("bending", "flap")}
 MAX_STATIONS = 200
 MAX_DEGREE = 8
 AT_ROOT = 1e-9  # rounding of a property at the root, relative to itself
@@ -99,6 +102,8 @@ class Blade:
     x: stations from 0 to 1, ascending; a station named twice is a jump. mass: mass of a unit of
     length; bending: bending stiffness in the plane of rotation; axial: axial stiffness; flap:
     bending stiffness out of that plane, over `bending` at the root, or None where it is `bending`.
+    twist: angle [deg] by which a section is turned about the axis of the beam, from the plane of
+    rotation towards the axis of rotation, beyond the pitch of the root, or None without a twist.
     Between two stations a property is linear. With a higher `degree` it is a polynomial through
     degree + 1 successive stations: 0 .. degree are one segment, degree .. 2 degree the next.
 
@@ -111,6 +116,7 @@ class Blade:
     axial: tuple[float, ...]
     flap: tuple[float, ...] | None = None
     degree: int = 1
+    twist: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         x = check_floats("x of a blade", self.x, 0.0, 1.0)
@@ -120,7 +126,7 @@ class Blade:
             raise InvalidInput("x of a blade: must ascend from 0 at the root to 1 at the tip")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "degree", check_int("degree", self.degree, 1, MAX_DEGREE))
-        for name in PROPERTIES:
+        for name in (*PROPERTIES, "twist"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, self._checked(name))
         if self.degree > 1:
@@ -131,7 +137,8 @@ class Blade:
         import numpy as np
 
         for segment in self.segments:
-            for name, polynomial in segment.polynomials.items():
+            for name in PROPERTIES:
+                polynomial = segment.polynomials[name]
                 if not (polynomial(np.linspace(0, 1, SAMPLES)) > 0).all():
                     raise InvalidInput(
                         f"{name} of a blade: not above 0 everywhere in x = {segment.start:g} .."
@@ -140,10 +147,11 @@ class Blade:
 
     def _checked(self, name: str) -> tuple[float, ...]:
         """The values of a property at the stations."""
-        values = check_floats(f"{name} of a blade", getattr(self, name), *PROPERTY_LIMITS)
+        limits = TWIST_LIMITS if name == "twist" else PROPERTY_LIMITS
+        values = check_floats(f"{name} of a blade", getattr(self, name), *limits)
         if len(values) != len(self.x):
             raise InvalidInput(f"{name} of a blade: {len(values)} values, {len(self.x)} stations")
-        if name != "flap" and abs(values[0] - 1) > AT_ROOT:
+        if name not in ("flap", "twist") and abs(values[0] - 1) > AT_ROOT:
             raise InvalidInput(
                 f"{name} of a blade = {values[0]:g} at the root: must be 1, as it is relative to"
                 " the root section"
@@ -151,7 +159,7 @@ class Blade:
         return values
 
     def __repr__(self) -> str:
-        rows = ((name, getattr(self, name)) for name in PROPERTIES)
+        rows = ((name, getattr(self, name)) for name in (*PROPERTIES, "twist"))
         ends = [f"{name} {row[0]:.4g} .. {row[-1]:.4g}" for name, row in rows if row]
         degree = f" of degree {self.degree}" if self.degree > 1 else ""
         return f"<Blade of {len(self.x)} stations{degree}: {', '.join(ends)}>"
@@ -160,7 +168,7 @@ class Blade:
     def record(self) -> dict[str, Any]:
         """The values by name in the types of JSON, without those of no effect."""
         record: dict[str, Any] = {
-            name: list(row) for name in ("x", *PROPERTIES) if (row := getattr(self, name))
+            name: list(row) for name in ("x", *PROPERTIES, "twist") if (row := getattr(self, name))
         }
         return record | ({"degree": self.degree} if self.degree > 1 else {})
 
@@ -206,6 +214,7 @@ class Blade:
             place = (x - x[0]) / (x[-1] - x[0])
             rows = {name: getattr(self, name) for name in PROPERTIES}
             rows["flap"] = rows["flap"] or rows["bending"]
+            rows["twist"] = self.twist or (0.0,) * len(self.x)
             polynomials = {
                 name: Polynomial(np.linalg.solve(np.vander(place, increasing=True), row[stations]))
                 for name, row in rows.items()
@@ -231,14 +240,18 @@ class Blade:
 
         return {
             name: np.array([segment.polynomials[name].coef for segment in self.segments])
-            for name in PROPERTIES
+            for name in (*PROPERTIES, "twist")
         }
 
     def at(self, name: str, x: "ArrayLike", inboard: bool = False) -> "NDArray":
-        """A property ("mass", "bending", "axial" or "flap") at points x in 0 .. 1, an array of
-        their shape; where it jumps, its value toward the tip, or `inboard` toward the root."""
+        """A property ("mass", "bending", "axial", "flap" or "twist"), or of "both" bending
+        stiffnesses the lesser, at points x in 0 .. 1, an array of their shape; where it jumps, its
+        value toward the tip, or `inboard` toward the root."""
         import numpy as np
 
+        if name == "both":
+            rows = (self.at(part, x, inboard) for part in STIFFNESSES[name])
+            return np.minimum(*rows)
         x, breaks = np.asarray(x, dtype=float), np.array(self.breaks)
         segment = np.searchsorted(breaks, x, side="left" if inboard else "right") - 1
         segment = np.clip(segment, 0, len(breaks) - 2)

@@ -6,6 +6,11 @@ Displacements are integrals, u = J s and w = J (f J kappa), so the clamp is exac
 conditions between elements are needed: the jump of the stretch at a concentrated mass costs no
 accuracy. Convergence is exponential in the order.
 
+Bending has a component in the plane of rotation, one out of it, or both, coupled where the section
+is turned by phi from the plane:
+
+    U = 1/2 int f^p kappa' D kappa + N f theta' theta dx,   D = R(phi) diag(EI, EI_flap) R(phi)'.
+
 The functions of stretch are divided by the root of the axial stiffness about the equilibrium: so
 the stiffness of their coefficients is the identity.
 
@@ -27,7 +32,13 @@ from beamviz.mechanics.straight_errors import (
     truncation_errors,
 )
 from beamviz.mechanics.straight_properties import BeamStack
-from beamviz.mechanics.straight_residual import LEFT, lacking_energies, rotary_inertia
+from beamviz.mechanics.straight_residual import (
+    LEFT,
+    lacking_energies,
+    rotary_inertia,
+    split_root,
+    turn_of_bodies,
+)
 from beamviz.solver import pencil as pencils
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
 from beamviz.solver.pencil.inverse import COMPRESSED
@@ -55,8 +66,8 @@ class StraightModes(NamedTuple):
     f: NDArray  # (..., n) stretch at the Gauss points
     iterations: int
     margin: NDArray  # (...) of the equilibrium, 0 at a limit
-    # Derivative of the rotation (..., n, modes). Where the root is not clamped the angle there is
-    # one more unknown, (..., n + 1, modes).
+    # Derivative of the rotation (..., c n, modes) of c components. Where the root is not clamped
+    # the angles there are more unknowns, (..., c n + c, modes).
     kappa: NDArray
     s: NDArray  # (..., n, modes) gradient of the displacement along the beam
     mode_order: NDArray | None  # (..., modes)
@@ -65,6 +76,8 @@ class StraightModes(NamedTuple):
     truncation: NDArray  # (..., modes, elements) error of omega^2 from the order of each element
     rounding: NDArray  # (..., modes) error of omega^2 from rounding
     lowest_bending: NDArray  # (...) omega^2; with Coriolis forces of the lowest mode
+    # (..., modes) share of the kinetic energy in the plane of rotation; None of one component
+    in_plane_fraction: NDArray | None = None
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
@@ -97,61 +110,82 @@ def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: P
     cancel where f is near 1.
     """
     _, properties, beams, law = axial
-    n, rows = f.shape[-1], rows_with_root(trial, beams)
-    stiffness = np.zeros((len(f), 2 * n))
-    stiffness[:, :n] = trial.bending_weights * bending_stiffness(f, problem.curvature_power)
+    n, c, rows = f.shape[-1], trial.components, rows_with_root(trial, beams)
+    stiffness = np.zeros((len(f), 2, c, n))
+    weights = trial.bending_weights.reshape(-1, c, n)
+    stiffness[:, 0] = weights * bending_stiffness(f, problem.curvature_power)[:, None]
     if problem.stiffens:
         tension = beams.gamma**2 * (np.matvec(properties.G, f) + beams.delta * properties.g)
-        stiffness[:, n:] = tension * f
+        stiffness[:, 1] = (tension * f)[:, None]
+    stiffness = stiffness.reshape(len(f), -1)
     K = rows.mT @ (stiffness[..., None] * rows)
-    across = f[..., None] * rows[..., n:, :]  # w' = f theta
-    M = across.mT @ (properties.G @ across)
+    M, M_out = None, None
+    for component, in_plane in enumerate(problem.components_in_plane.tolist()):
+        first = (c + component) * n
+        across = f[..., None] * rows[..., first : first + n, :]  # w' = f theta
+        mass = across.mT @ (properties.G @ across)
+        if c > 1 and in_plane and problem.softening:
+            K -= beams.gamma[..., None] ** 2 * mass
+        if c > 1 and not in_plane:
+            M_out = mass
+        M = mass if M is None else M + mass
+    assert M is not None
     if beams.hinged:
-        K[:, -1, -1] += beams.root
+        at_root = np.arange(-c, 0)
+        K[:, at_root, at_root] += beams.root
     if beams.has_inertia:
         add_rotary_inertia(K, M, axial, trial, problem)
     along = axial_stiffness(f, beams.mu, law)
     S = trial.stretch / np.sqrt(along)[..., None]
-    return Matrices(K, M, S, stiffness, properties.axial * along)
+    return Matrices(K, M, S, stiffness, properties.axial * along, M_out)
 
 
 def rows_with_root(trial: Trial, beams: BeamStack) -> NDArray:
-    """`Trial.rows`. Where the root is not clamped, its angle is one more unknown, the last."""
+    """`Trial.rows`. Where the root is not clamped, its angle of each component is one more unknown,
+    the last."""
     if not beams.hinged:
         return trial.rows
-    root = np.zeros((*trial.rows.shape[:-1], 1))
-    root[..., root.shape[-2] // 2 :, :] = 1.0
+    c = trial.components
+    root = np.zeros((*trial.rows.shape[:-1], c))
+    n = root.shape[-2] // (2 * c)
+    for component in range(c):
+        first = (c + component) * n
+        root[..., first : first + n, component] = 1.0
     return np.concatenate((trial.rows, root), axis=-1)
 
 
 def curvature(trial: Trial, coefficients: NDArray) -> NDArray:
-    """kappa (..., n, modes) of coefficients (..., unknowns, modes), and after it the angle at the
-    root where that is an unknown."""
+    """kappa (..., c n, modes) of coefficients (..., unknowns, modes), and after it the angles at the
+    root where these are unknowns."""
     r = trial.rows.shape[-1]
-    kappa = trial.bending @ coefficients[..., :r, :]
+    kappa = trial.curvatures @ coefficients[..., :r, :]
     if coefficients.shape[-2] == r:
         return kappa
     return np.concatenate((kappa, coefficients[..., r:, :]), axis=-2)
 
 
 def rotation(grid: Grid, kappa: NDArray) -> NDArray:
-    """The rotation theta (..., n, modes) of kappa (..., n, modes), or (..., n + 1, modes) with the
-    angle at the root."""
+    """The rotation theta (..., c, n, modes) of kappa (..., c n, modes), perhaps with the angles at
+    the root, (..., c n + c, modes)."""
     n = grid.points.shape[-1]
-    if kappa.shape[-2] == n:
-        return grid.integrals(kappa)
-    return grid.integrals(kappa[..., :n, :]) + kappa[..., n:, :]
-
-
-def with_root(rows: NDArray) -> NDArray:
-    """Rows (..., n) that integrate kappa to an angle, with the angle of the root: (..., n + 1)."""
-    return np.concatenate((rows, np.ones((*rows.shape[:-1], 1))), axis=-1)
+    curvatures, root = split_root(kappa, kappa.shape[-2] // n, n)
+    if curvatures.shape[-3] == 1:
+        angle: NDArray = grid.integrals(curvatures[..., 0, :, :])[..., None, :, :]
+    else:
+        angle = np.stack([grid.integrals(part) for part in np.moveaxis(curvatures, -3, 0)], -3)
+    return angle + root
 
 
 def rotations_of_bodies(axial: AxialProblem, trial: Trial) -> NDArray:
-    """Coefficients -> the angle of each of the bodies `masses`: (1 or beams, masses, unknowns)."""
-    rows = axial.properties.to_bodies[:, 1:] @ trial.bending  # the first has no inertia
-    return with_root(rows) if axial.beams.hinged else rows
+    """Coefficients -> the angles of each of the bodies `masses`: (1 or beams, c, masses, unknowns)
+    of c components."""
+    n, c = len(trial.J), trial.components
+    functions = trial.curvatures.reshape(c, n, -1)
+    rows = axial.properties.to_bodies[:, None, 1:] @ functions  # the first has no inertia
+    if not axial.beams.hinged:
+        return rows
+    root = np.broadcast_to(np.eye(c)[:, None, :], (*rows.shape[:-1], c))
+    return np.concatenate((rows, root), axis=-1)
 
 
 def add_rotary_inertia(
@@ -159,9 +193,17 @@ def add_rotary_inertia(
 ) -> None:
     """Add the rotary inertia of bodies, which turn with the beam, to K and M."""
     J, stiffness = rotary_inertia(axial.beams, problem)
+    if problem.chordwise and problem.softening:
+        stiffness = stiffness + J  # a balance: the softening of the family is that of all of M
     rows = rotations_of_bodies(axial, trial)
-    M += rows.mT @ (J[:, None] * rows)
-    K += axial.beams.gamma[..., None] ** 2 * (rows.mT @ (stiffness[:, None] * rows))
+
+    def form(of_bodies: NDArray) -> NDArray:
+        """The sum of quadratic forms (masses, c, c) of the angles of each body."""
+        weighted = np.einsum("mij,bjmu->bimu", of_bodies, rows)
+        return (rows.mT @ weighted).sum(axis=1)
+
+    M += form(J)
+    K += axial.beams.gamma[..., None] ** 2 * form(stiffness)
 
 
 def uncoupled_modes(
@@ -181,18 +223,19 @@ def uncoupled_modes(
         softening=softening,
         definiteness=definiteness_of_bending(beams, problem),
         rigid=turns_freely(beams, problem) if beams.root == 0 else None,
+        cancelled=cancelled_softening(beams, problem),
     )
     modes = pencils.lowest_modes(pencil, count)
     # Arrays of both families are (beams, 2, count), bending first.
     across, along = modes.V
     omega_squared = modes.omega_squared
-    stiff = omega_squared + softening  # without softening, which shifts omega^2
-    scale = abs(stiff) + COMPRESSED
+    # Without softening, which shifts omega^2; in space it does not shift that across the beam.
+    scale = abs(omega_squared + softening) + pencil.cancelled + COMPRESSED
     s = S @ along
     kappa = curvature(trial, across)
     tail = tail_energies(trial, matrices, across, s)
     if trial.has_kinks:
-        squares = stiff[:, 0], stiff[:, 1]
+        squares = omega_squared[:, 0], omega_squared[:, 1]
         shapes = kappa, s
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
         omega_squared = omega_squared - lack.sum(axis=-1)
@@ -209,6 +252,11 @@ def uncoupled_modes(
     listed = omega_squared.reshape(stack, -1)
     order = listed.argsort(axis=-1)[:, :count]
     beam = np.arange(stack)[:, None]
+    in_plane = None
+    if matrices.M_out is not None:
+        shares = np.ones((stack, 2, in_family))
+        shares[:, 0] -= (across * (matrices.M_out @ across)).sum(axis=1)
+        in_plane = np.clip(shares, 0.0, 1.0).reshape(stack, -1)[beam, order]
     return StraightModes(
         grid=trial.grid,
         orders=trial.elements.all_orders,
@@ -223,7 +271,16 @@ def uncoupled_modes(
         truncation=truncation.reshape(*listed.shape, -1)[beam, order],
         rounding=rounding.reshape(listed.shape)[beam, order],
         lowest_bending=omega_squared[:, 0, 0],
+        in_plane_fraction=in_plane,
     )
+
+
+def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | float:
+    """gamma^2 (beams, 2, 1) that K of bending in space is less by in the plane of rotation; 0.0 in
+    one plane."""
+    if not (problem.in_space and problem.softening):
+        return 0.0
+    return beams.gamma[..., None] ** 2 * np.array([[1.0], [0.0]])
 
 
 def gyroscopic_modes(
@@ -260,9 +317,8 @@ def gyroscopic_modes(
     share = 2 * np.sqrt(squares) / np.maximum(modes.pairing, TINY)
     tail = tail_energies(trial, matrices, across, S @ along)
     if trial.has_kinks:
-        square = omega_squared + gamma[..., 0] ** 2 * problem.softening
         coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
-        shapes, both = (kappa, s), (square, square)
+        shapes, both = (kappa, s), (omega_squared, omega_squared)
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, both, coupling, problem)
         omega_squared = omega_squared - share * lack.sum(axis=(1, 3))
         tail += LEFT * lack
@@ -274,6 +330,10 @@ def gyroscopic_modes(
     if modes.rigid is not None:
         omega_squared[modes.rigid], truncation[modes.rigid] = 0.0, 0.0
         rounding[modes.rigid] = EPS**2
+    in_plane = None
+    if matrices.M_out is not None:
+        out_of_plane = (across * (matrices.M_out @ across)).sum(axis=1)
+        in_plane = np.clip(1 - out_of_plane, 0.0, 1.0)
     return StraightModes(
         grid=trial.grid,
         orders=trial.elements.all_orders,
@@ -288,6 +348,7 @@ def gyroscopic_modes(
         truncation=truncation,
         rounding=rounding,
         lowest_bending=omega_squared[:, 0],
+        in_plane_fraction=in_plane,
     )
 
 
@@ -302,11 +363,28 @@ def weighted_displacements(
     F = np.empty((len(f), n + bodies, n))
     F[..., :n, :] = np.sqrt(properties.mass)[..., None] * trial.J
     F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
-    along, across = F @ S, F @ (f[..., None] * rows_with_root(trial, beams)[..., n:, :])
+    c, rows = trial.components, rows_with_root(trial, beams)
+    along, parts = F @ S, []
+    for component in range(c):
+        first = (c + component) * n
+        parts.append(F @ (f[..., None] * rows[..., first : first + n, :]))
     if beams.has_inertia:
-        Jz = np.array([mass.inertia for mass in beams.masses])[:, 2]
-        turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial, trial)
-        still = np.zeros((len(along), len(Jz), along.shape[-1]))
-        turning = np.broadcast_to(turning, (len(across), *turning.shape[-2:]))
-        along, across = np.hstack((along, still)), np.hstack((across, turning))
+        turning = rotations_by_root_of_inertia(axial, trial)
+        parts.append(np.broadcast_to(turning, (len(f), *turning.shape[1:])))
+    across = np.hstack(parts) if len(parts) > 1 else parts[0]
+    still = across.shape[1] - along.shape[1]
+    if still:
+        along = np.hstack((along, np.zeros((len(along), still, along.shape[-1]))))
     return along, across
+
+
+def rotations_by_root_of_inertia(axial: AxialProblem, trial: Trial) -> NDArray:
+    """Rotations of the bodies about their principal axes times the root of the inertia (1 or beams,
+    c masses, unknowns), in the plane of rotation or in space."""
+    beams, angles = axial.beams, rotations_of_bodies(axial, trial)
+    _, Jy, Jz = np.array([mass.inertia for mass in beams.masses]).T[..., None]
+    if trial.components == 1:
+        return np.sqrt(Jz) * angles[:, 0]
+    c, s = (part[:, None] for part in turn_of_bodies(beams))
+    v, w = angles[:, 0], angles[:, 1]
+    return np.concatenate((np.sqrt(Jz) * (c * v + s * w), np.sqrt(Jy) * (c * w - s * v)), axis=1)

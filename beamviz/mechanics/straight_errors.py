@@ -23,11 +23,13 @@ class Matrices(NamedTuple):
     coefficients of the functions S: the stiffness is the identity.
     """
 
-    K: NDArray  # (beams, unknowns, unknowns)
+    K: NDArray  # (beams, unknowns, unknowns); in space less the softening
     M: NDArray  # (beams, unknowns, unknowns)
     S: NDArray  # (beams, n, functions)
-    stiffness: NDArray  # (beams, 2 n) of kappa, then of its integral (tension), at the points
+    # (beams, 2 c n) of kappa, then of its integral (tension), at the points, of c components
+    stiffness: NDArray
     axial_stiffness: NDArray  # (beams, n) of s
+    M_out: NDArray | None = None  # in space: the part of M that is out of the plane of rotation
 
 
 def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray) -> NDArray:
@@ -37,8 +39,11 @@ def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray)
     known (`straight_residual`). A tension counts by its absolute value."""
     stiffness = np.vecmat(abs(matrices.stiffness), trial.tail_squares)[..., None]
     axial_stiffness = np.vecmat(matrices.axial_stiffness, trial.stretch_tail_squares)[..., None]
-    energies = np.empty((len(s), 2, stiffness.shape[-2], s.shape[-1]))
-    np.multiply(stiffness, across[:, trial.highest_of_all[1]] ** 2, out=energies[:, 0])
+    bending = stiffness * across[:, trial.highest_of_all[1]] ** 2
+    if trial.components > 1:  # functions of the same degree are neighbours
+        bending = bending.reshape(len(s), -1, trial.components, s.shape[-1]).sum(axis=2)
+    energies = np.empty((len(s), 2, *bending.shape[1:]))
+    energies[:, 0] = bending
     np.multiply(axial_stiffness, (trial.stretch_tails @ s) ** 2, out=energies[:, 1])
     tails = trial.by_element(energies)
     return tails * ~trial.is_kinked if trial.has_kinks else tails
@@ -48,7 +53,7 @@ def quadrature_errors(trial: Trial, across: NDArray, along: NDArray) -> NDArray:
     """What the quadrature of the elastic energy may change omega^2 by (beams, 2, k, 1), in each
     element, of shapes with these coefficients (beams, functions, k) and perhaps an angle at the
     root, which stores none."""
-    bending = across[:, : sum(trial.elements.orders)]
+    bending = across[:, : trial.components * sum(trial.elements.orders)]
     energies = np.stack([(c**2).sum(axis=-2) for c in (bending, along)], axis=1)
     return trial.quadrature / len(trial.blocks) * energies[..., None]
 

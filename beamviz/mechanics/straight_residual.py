@@ -32,45 +32,75 @@ def lacking_energies(
     problem: Problem,
 ) -> NDArray:
     """What omega^2 is too high by (beams, 2, k, elements) for the lack of each family in each
-    element: of shapes of unit modal mass, kappa (beams, n, k) with the angle at the root where that
-    is free, and s (beams, n, k).
+    element: of shapes of unit modal mass, kappa (beams, c n, k) of c components with the angles at
+    the root where these are free, and s (beams, n, k).
 
-    squares: lambda = omega^2 without softening, (beams, k), of each. coupling (beams, k): 2 gamma
-    times the exponent of coupled modes, with kappa and s parts of one shape.
+    squares: omega^2 (beams, k) of each family. coupling (beams, k): 2 gamma times the exponent of
+    coupled modes, with kappa and s parts of one shape.
     """
-    n, (kappa, s), G = f.shape[-1], shapes, axial.properties.G
-    angle = trial.J @ kappa[:, :n] + kappa[:, n:].sum(axis=1, keepdims=True)
-    moved, stretched = G @ (f[..., None] * angle), G @ s
+    n, (kappa, s), G, c = f.shape[-1], shapes, axial.properties.G, trial.components
+    curvatures, root = split_root(kappa, c, n)
+    angle = trial.J[..., None, :, :] @ curvatures + root  # (beams, c, n, k)
+    moved, stretched = G[:, None] @ (f[:, None, :, None] * angle), G @ s
     of_bending, of_stretching = (square[:, None] for square in squares)
-    forces, pull = of_bending * moved, of_stretching * stretched  # of inertia
+    load = axial.beams.gamma[..., None] ** 2  # (beams, 1, 1)
+    softening = load[:, None] * (problem.components_in_plane & problem.softening)[:, None, None]
+    forces = (of_bending[:, None] + softening) * moved  # of inertia
+    pull = (of_stretching + load * problem.softening) * stretched
     if coupling is not None:
-        forces = forces - coupling[:, None] * stretched
-        pull = pull + coupling[:, None] * moved
-    bent, turned = matrices.stiffness[:, :n, None], matrices.stiffness[:, n:, None]
-    moments = trial.J.mT @ (turned * angle - f[..., None] * forces)
+        forces[:, 0] -= coupling[:, None] * stretched
+        pull = pull + coupling[:, None] * moved[:, 0]
+    turned = matrices.stiffness[:, c * n :].reshape(-1, c, n, 1)
+    moments = trial.J[..., None, :, :].mT @ (turned * angle - f[:, None, :, None] * forces)
     if axial.beams.has_inertia:
-        to_bodies = axial.properties.to_bodies[:, 1:]
+        to_bodies = axial.properties.to_bodies[:, None, 1:]
         inertia, stiffness = rotary_inertia(axial.beams, problem)
-        turns = to_bodies @ kappa[:, :n] + kappa[:, n:].sum(axis=1, keepdims=True)
-        held = axial.beams.gamma[..., None] ** 2 * stiffness[:, None]
-        moments = moments + to_bodies.mT @ ((held - of_bending * inertia[:, None]) * turns)
-    along = matrices.axial_stiffness[..., None]
+        turns = to_bodies @ curvatures + root  # (beams, c, masses, k)
+        held = load[:, None] * np.einsum("mij,bjmk->bimk", stiffness, turns)
+        turning = of_bending[:, None] * np.einsum("mij,bjmk->bimk", inertia, turns)
+        moments = moments + to_bodies.mT @ (held - turning)
+    bent, along = matrices.stiffness[:, : c * n, None], matrices.axial_stiffness[..., None]
+    bends = trial.turned(kappa[:, : c * n], back=True)
+    residual = bent * bends + trial.turned(moments.reshape(bends.shape), back=True)
+    lack = (abs(residual) ** 2 / bent).reshape(curvatures.shape).sum(axis=1)
     return np.stack(
-        (
-            trial.of_kinked(abs(bent * kappa[:, :n] + moments) ** 2 / bent),
-            trial.of_kinked(abs(along * s - pull) ** 2 / along),
-        ),
-        axis=1,
+        (trial.of_kinked(lack), trial.of_kinked(abs(along * s - pull) ** 2 / along)), axis=1
     )
+
+
+def split_root(kappa: NDArray, components: int, n: int) -> tuple[NDArray, NDArray | float]:
+    """Curvatures (..., components, n, k) and angles at the root (..., components, 1, k), 0 where it
+    is clamped, of both in one axis."""
+    curvatures = kappa[..., : components * n, :]
+    curvatures = curvatures.reshape(*kappa.shape[:-2], components, n, kappa.shape[-1])
+    root = kappa[..., components * n :, :]
+    return curvatures, root[..., None, :] if root.shape[-2] else 0.0
 
 
 def rotary_inertia(beams: BeamStack, problem: Problem) -> tuple[NDArray, NDArray]:
     """Rotary inertia of the bodies `masses`, which turn with the beam, and the stiffness over
-    gamma^2 by which centrifugal forces turn them back, each (masses,).
+    gamma^2 by which centrifugal forces turn them back, each (masses, c, c) of c components.
 
-    In the plane of rotation Jz theta'' does not soften, as a body turns with the hub: a stiffness
-    gamma^2 Jz balances the softening of all of M. Out of it the inertia is Jy, and the centrifugal
-    forces on a body have the stiffness gamma^2 (Jz - Jx).
+    In the plane of rotation a body turns with the hub: Jz theta", without a stiffness. Out of it
+    the inertia is Jy, and the centrifugal forces have the stiffness gamma^2 (Jz - Jx). In space
+    the principal axes of a body are turned with the section. (The moment of the centrifugal forces
+    about the axis of the beam twists it, and has no part in bending.)
     """
     Jx, Jy, Jz = np.array([mass.inertia for mass in beams.masses]).T
-    return (Jz, Jz * problem.softening) if problem.chordwise else (Jy, Jz - Jx)
+    if not problem.in_space:
+        J, held = (Jz, 0.0 * Jz) if problem.chordwise else (Jy, Jz - Jx)
+        return J[:, None, None], held[:, None, None]
+    c, s = turn_of_bodies(beams)
+    J, held = np.zeros((2, len(Jx), 2, 2))
+    J[:, 0, 0] = c**2 * Jz + s**2 * Jy
+    J[:, 1, 1] = s**2 * Jz + c**2 * Jy
+    J[:, 0, 1] = J[:, 1, 0] = c * s * (Jz - Jy)
+    held[:, 1, 1] = J[:, 0, 0] - Jx
+    return J, held
+
+
+def turn_of_bodies(beams: BeamStack) -> tuple[NDArray, NDArray]:
+    """Cosine and sine (masses,) of the angle of the section that carries each body."""
+    assert beams.blade is not None
+    turn = np.radians(beams.blade.at("twist", [mass.beta for mass in beams.masses]))
+    return np.cos(turn), np.sin(turn)

@@ -7,12 +7,14 @@ only checks options or prints help needs scipy.
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from operator import attrgetter
 from typing import Any
 
 from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, to_keep
+from beamviz.solver.planes import beam_in_plane, check_plane, solve_both
 from beamviz.solver.problem import (
     MAX_MODES,
     METHODS,
@@ -87,8 +89,31 @@ def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> l
 
 
 def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
-    """Dispatch to the state and the method."""
+    """Dispatch to the plane, the state and the method."""
     start = time.perf_counter()
+    for beam in beams:
+        check_plane(beam, problem.plane)
+        if problem.in_space and beam.spin_up:
+            raise InvalidInput(
+                f"spin_up = {beam.spin_up:g}: bends the beam in the plane of rotation only",
+                use={"plane": ("chordwise",)},
+            )
+    if problem.in_space:
+        answers = solve_both(beams, problem, partial(_solve_section, extra_modes=extra_modes))
+    else:
+        sections = [beam_in_plane(beam, problem.plane) for beam in beams]
+        answers = _solve_section(sections, problem, extra_modes)
+    seconds = time.perf_counter() - start
+    for k, (beam, answer) in enumerate(zip(beams, answers, strict=True)):
+        if isinstance(answer, Solution):
+            if answer.beam is not beam:
+                answers[k] = answer = replace(answer, beam=beam)
+            answer.stats.seconds = seconds
+    return answers
+
+
+def _solve_section(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
+    """Dispatch to the state and the method, of beams of the mechanics."""
     if not METHODS[problem.method].blades:
         _check_uniform(beams, problem)
     answers: list[Answer]
@@ -102,10 +127,6 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
         solve_one = _solver_of_one_beam(problem.method)
         more = replace(problem, modes=problem.modes + extra_modes)
         answers = [_attempt(solve_one, beam, more) for beam in beams]
-    seconds = time.perf_counter() - start
-    for answer in answers:
-        if isinstance(answer, Solution):
-            answer.stats.seconds = seconds
     return answers
 
 
@@ -155,7 +176,7 @@ def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list
     if problem.state == "stable":
         steady = [k for k, beam in enumerate(beams) if not beam.spin_up]
         straight_problem = replace(problem, state="straight")
-        straight_answers = _solve([beams[k] for k in steady], straight_problem, extra_modes)
+        straight_answers = _solve_section([beams[k] for k in steady], straight_problem, extra_modes)
         straight = dict(zip(steady, straight_answers, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state

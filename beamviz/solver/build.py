@@ -29,6 +29,8 @@ class Vibration(NamedTuple):
     fraction: NDArray  # (modes,) share of the kinetic energy across the beam
     fields: Fields
     estimate_errors: Callable[[], NDArray]  # (modes,) of s^2
+    # (modes,) share of it in the plane of rotation; None where the beam bends in one plane
+    in_plane_fraction: NDArray | None = None
     all_s: NDArray | None = None  # s of more modes, in which an instability is seen
 
 
@@ -43,7 +45,7 @@ def build_solution(
         equilibrium=Equilibrium(
             status=status_of(s if all_s is None else all_s),
             iterations=state.iterations,
-            loads=Loads(beam, problem.chordwise, state.breaks, state.curve),
+            loads=Loads(beam, problem.plane != "flapwise", state.breaks, state.curve),
             bent_state=state.bent_state,
             buckled_chordwise=state.buckled_chordwise,
         ),
@@ -52,4 +54,5 @@ def build_solution(
         estimate_errors=vibration.estimate_errors,
         bending_energy_fraction=read_only(vibration.fraction),
         fields=vibration.fields,
+        in_plane_fraction=vibration.in_plane_fraction,
     )

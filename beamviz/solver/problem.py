@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.checks import check_choice, check_float, check_int
 from beamviz.errors import InvalidInput, unknown_keyword
@@ -41,7 +42,8 @@ class Method(NamedTuple):
     """A row of the table of methods. package: the part of `beamviz.solver` that has it.
     unsupported: names of options. resolution: None where it refines to a tolerance. source:
     publication. choose: when to use it. rigid_tension: whether the tension is that of the
-    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform."""
+    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform.
+    in_space: whether it solves for bending in both planes at once."""
 
     package: str
     unsupported: tuple[str, ...]
@@ -50,6 +52,7 @@ class Method(NamedTuple):
     choose: str
     rigid_tension: bool = False
     blades: bool = False
+    in_space: bool = False
 
 
 SWITCHES = "stiffening", "softening"
@@ -61,12 +64,14 @@ METHODS = {
         "this program: high-order elements in gradient and curvature, split at the mass",
         "unless you are studying another method: fastest to any accuracy",
         blades=True,
+        in_space=True,
     ),
     "ancf": Method(
         *FEM,
         "the paper's cubic elements (2017), stretching and bending solved separately",
         "to see the paper's own numbers; 20 elements are the paper's",
         blades=True,
+        in_space=True,
     ),
     "linear": Method(
         *FEM,
@@ -74,6 +79,7 @@ METHODS = {
         "to see what a linear prestressed analysis says; its limit is foac's",
         rigid_tension=True,
         blades=True,
+        in_space=True,
     ),
     "foac": Method(
         *HP,
@@ -140,13 +146,14 @@ class Problem:
     coriolis: bool = option(
         False,
         "Coriolis forces, which the paper leaves out. They couple stretching and chordwise"
-        " bending, and do not act flapwise.",
+        " bending, and do not act out of the plane of rotation.",
         feature="Coriolis forces",
     )
     plane: str = option(
         "chordwise",
-        "Vibration in the plane of rotation (chordwise) or out of it.",
-        choices=("chordwise", "flapwise"),
+        "Vibration in the plane of rotation (chordwise), out of it (flapwise), or in both at once,"
+        " which a pitch or a twist of the section couples.",
+        choices=("chordwise", "flapwise", "both"),
     )
     tolerance: float = option(
         1e-6,
@@ -214,8 +221,19 @@ class Problem:
 
     @cached_property
     def chordwise(self) -> bool:
-        """Whether the beam bends in the plane of rotation, where the centrifugal force softens."""
+        """Whether the beam bends in the plane of rotation only, where the centrifugal force
+        softens."""
         return self.plane == "chordwise"
+
+    @cached_property
+    def in_space(self) -> bool:
+        """Whether the beam bends in both planes."""
+        return self.plane == "both"
+
+    @cached_property
+    def components_in_plane(self) -> NDArray:
+        """Of each component of bending (components,), whether it is in the plane of rotation."""
+        return np.array([True, False] if self.in_space else [self.chordwise])
 
     @cached_property
     def theory(self) -> Theory:
@@ -224,13 +242,15 @@ class Problem:
 
     @cached_property
     def bending_property(self) -> str:
-        """The property of a `Blade` that is its bending stiffness in this plane."""
+        """The property of a `Blade` that is its bending stiffness in this plane, or "both"."""
+        if self.in_space:
+            return "both"
         return "bending" if self.chordwise else "flap"
 
     @cached_property
     def gyroscopic(self) -> bool:
         """Whether Coriolis forces couple stretching and bending."""
-        return self.coriolis and self.plane == "chordwise"
+        return self.coriolis and self.plane != "flapwise"
 
     @cached_property
     def stiffens(self) -> bool:
@@ -344,6 +364,16 @@ def _checked_problem(**values: Any) -> Problem:
     for name in values.keys() - OPTIONS.keys():
         raise unknown_keyword("option", name, OPTIONS)
     problem = Problem(**{name: OPTIONS[name].checked(value) for name, value in values.items()})
+    if problem.in_space and not METHODS[problem.method].in_space:
+        raise InvalidInput(
+            f"method {problem.method}: bends in one plane, not in both at once",
+            use={"method": [name for name, row in METHODS.items() if row.in_space]},
+        )
+    if problem.in_space and problem.state != "straight":
+        raise InvalidInput(
+            f"state = {problem.state!r}: a deflected state bends in the plane of rotation only",
+            use={"plane": ("chordwise",)},
+        )
     for name in METHODS[problem.method].unsupported:
         given, entry = getattr(problem, name), OPTIONS[name]
         if given != entry.default and (name != "coriolis" or problem.gyroscopic):

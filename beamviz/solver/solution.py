@@ -30,7 +30,8 @@ STATIONS = 201  # equally spaced along the beam, of shapes in charts and files
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
-# x -> displacements (len(x), 2, modes) along and across the beam
+# x -> displacements (len(x), 2, modes) along and across the beam, or (len(x), 3, modes) along it, in
+# the plane of rotation and out of it
 Fields = Callable[[NDArray], NDArray]
 
 
@@ -164,6 +165,9 @@ class Solution:
     estimate_errors: Callable[[], NDArray]  # (modes,) of s^2; may take longer than a solve
     bending_energy_fraction: NDArray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
+    # (modes,) share of the kinetic energy in the plane of rotation, that along the beam included;
+    # None where the beam bends in one plane only
+    in_plane_fraction: NDArray | None = None
 
     def __repr__(self) -> str:
         numbers = self.beam.summary
@@ -222,6 +226,8 @@ class Solution:
             "bending_fraction": self.bending_energy_fraction,
             "nodes": self.nodes,
         }
+        if self.in_plane_fraction is not None:
+            columns["in_plane_fraction"] = self.in_plane_fraction
         if units := self.beam.units:
             columns["hertz"] = units.hertz(self.frequencies)
             columns["rad_per_s"] = units.angular_frequency(self.frequencies)
@@ -230,7 +236,7 @@ class Solution:
     @property
     def along_beam(self) -> dict[str, NDArray]:
         """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
-        (n, 2), stretch, force, shear and moment (n,), shape (modes, n, 2); lengths in L, forces in
+        (n, 2), stretch, force, shear and moment (n,), shape (modes, n, 2 or 3); lengths in L, forces in
         E I / L^2, unit modal mass."""
         bodies = [self.beam.beta, *(mass.beta for mass in self.beam.masses)]
         x = np.union1d(np.linspace(0.0, 1.0, STATIONS), bodies)
@@ -284,16 +290,18 @@ class Solution:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """B1, S1 ...: numbered within bending and stretching; a mixed mode by its larger share."""
-        return labels_of(self.bending_energy_fraction)
+        """B1, S1 ...: numbered within bending and stretching; a mixed mode by its larger share.
+        In space F1, L1, S1 ...: flap, out of the plane of rotation, lag, in it, and stretching."""
+        return labels_of(self.bending_energy_fraction, self.in_plane_fraction)
 
     def shape(self, k: int, x: NDArray) -> NDArray:
-        """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1].
+        """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1]; of
+        a beam that bends in both planes (len(x), 3): along it, in the plane of rotation, out of it.
 
         Of unit modal mass. Across the beam is in the plane of rotation (chordwise) or normal to it
         (flapwise). With Coriolis forces complex: the displacement at phase p is the real part of
-        shape * exp(i p). The larger component (across where that has at least half of the kinetic
-        energy) is real and positive at the tip. Raises IndexError for a mode that was not solved
+        shape * exp(i p). The larger component, by kinetic energy (across the beam where that has at
+        least half of it), is real and positive at the tip. Raises IndexError for a mode that was not solved
         for, ValueError for x outside [0, 1].
         """
         last = len(self.s) - 1
@@ -302,13 +310,15 @@ class Solution:
         return self.displacement(x)[:, :, k]
 
     def displacement(self, x: NDArray) -> NDArray:
-        """`shape` of all modes: (len(x), 2, modes)."""
+        """`shape` of all modes: (len(x), 2 or 3, modes)."""
         return self.fields(_points(x)) * self._phase
 
     @cached_property
     def larger_component(self) -> NDArray:
-        """The larger component (modes,) of each mode: 0 along the beam, 1 across it."""
-        return (self.bending_energy_fraction >= 0.5).astype(int)
+        """The larger component (modes,) of each mode: 0 along the beam, 1 across it; in space 1 in
+        the plane of rotation, 2 out of it."""
+        kinds = kinds_of(self.bending_energy_fraction, self.in_plane_fraction)
+        return np.array([{"S": 0, "B": 1, "L": 1, "F": 2}[kind] for kind in kinds], int)
 
     @cached_property
     def _phase(self) -> NDArray:
@@ -353,9 +363,23 @@ def frequencies_of(s: NDArray) -> NDArray:
     return np.where(s.imag > 0, s.imag, np.where(s == 0, 0.0, np.nan))
 
 
-def labels_of(shares: Iterable[float]) -> tuple[str, ...]:
-    """The labels of the modes of a beam, by the shares of their kinetic energy across it."""
-    letters = ["B" if share >= 0.5 else "S" for share in shares]
+def kinds_of(shares: Iterable[float], in_plane: Iterable[float] | None = None) -> list[str]:
+    """The first letters of the labels of modes, by the larger shares of their kinetic energy:
+    across the beam and, where it bends in both planes, in the plane of rotation."""
+    if in_plane is None:
+        return ["B" if share >= 0.5 else "S" for share in shares]
+    kinds = []
+    for share, inside in zip(shares, in_plane, strict=True):
+        of_kinds = {"F": 1 - inside, "L": inside - (1 - share), "S": 1 - share}
+        kinds.append(max(of_kinds, key=of_kinds.__getitem__))
+    return kinds
+
+
+def labels_of(
+    shares: Iterable[float], in_plane: Iterable[float] | None = None
+) -> tuple[str, ...]:
+    """The labels of the modes of a beam; see `kinds_of`."""
+    letters = kinds_of(shares, in_plane)
     return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))
 
 

@@ -64,7 +64,7 @@ def is_buckled_chordwise(
 
 def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
     """gamma^2 (beams, 2, 1) by which softening lowers omega^2 of bending and of stretching; 0 of
-    bending out of the plane of rotation."""
+    bending out of the plane of rotation, and of that in space: there K is less by it."""
     softens = np.array([[problem.chordwise], [True]])
     return beams.gamma[..., None] ** 2 * (softens & problem.softening)
 
@@ -72,6 +72,8 @@ def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
 def definiteness_of_bending(beams: BeamStack, problem: Problem) -> Definiteness:
     """Of the stiffness of bending, without softening. The lowest omega^2 of a beam that turns about
     its root may be as small as the spring there is weak or the speed is low."""
+    if problem.in_space and (beams.hinged or not problem.stiffens):
+        return "indefinite"
     free = beams.root == 0 and not (beams.rotating and problem.stiffens)
     # Flapwise, centrifugal forces turn a body that is long along the axis of rotation away from it.
     tilts = not problem.chordwise and any(Jx > Jz for Jx, _, Jz in inertias_of(beams))
@@ -86,12 +88,15 @@ def inertias_of(beams: BeamStack) -> list[tuple[float, float, float]]:
 
 
 def turns_freely(beams: BeamStack, problem: Problem) -> NDArray:
-    """Whether the first mode of each beam (beams,) is a rigid rotation about a hinge that nothing
-    holds: at rest; without stiffening; and in the plane of rotation about the axis of rotation."""
+    """The number of the first modes of each beam (beams,) that are rigid rotations about a hinge
+    that nothing holds: at rest; without stiffening; and in the plane of rotation about the axis of
+    rotation."""
     gamma, delta = beams.gamma[:, 0], beams.delta[:, 0]
     if beams.root != 0:
-        return np.zeros(len(gamma), bool)
-    if not problem.chordwise:
-        steady = problem.stiffens or any(Jz != Jx for Jx, _, Jz in inertias_of(beams))
-        return (gamma == 0) | (not steady)
-    return (gamma == 0) | ((delta == 0) & problem.stiffens & problem.softening)
+        return np.zeros(len(gamma), int)
+    steady = problem.stiffens or any(Jz != Jx for Jx, _, Jz in inertias_of(beams))
+    free = {
+        True: (gamma == 0) | ((delta == 0) & problem.stiffens & problem.softening),
+        False: (gamma == 0) | (not steady and not problem.in_space),
+    }
+    return sum(free[in_plane].astype(int) for in_plane in problem.components_in_plane.tolist())

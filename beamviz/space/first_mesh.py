@@ -89,13 +89,14 @@ class WaveDensities(NamedTuple):
     bending: float  # int (rho / EI)^(1/4) dx
     stretching: float  # int (rho / EA)^(1/2) dx
     of_spans: tuple[float, ...]  # the greater of the densities of both, over that of a uniform beam
+    twisted: float = 0.0  # half-waves of the direction of the section's axes along the beam
 
 
 def wave_densities(
     blade: Blade, ends: tuple[float, ...], runs: list[tuple[int, int]], bending: str
 ) -> WaveDensities:
     """The densities of waves on runs of spans of a blade, given by the first and the last of each.
-    bending: "bending" or "flap"."""
+    bending: "bending", "flap" or "both"."""
     spans = properties_of_spans(blade, ends, bending)
     bend = np.vecdot(spans.weights, (spans.mass / spans.bending) ** 0.25)
     stretch = np.vecdot(spans.weights, (spans.mass / spans.axial) ** 0.5)
@@ -103,7 +104,9 @@ def wave_densities(
     lengths = np.diff([*(ends[first] for first in firsts), ends[-1]])
     shares = (np.add.reduceat(density, firsts) / density.sum() for density in (bend, stretch))
     shares = np.maximum(*shares) / lengths
-    return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
+    twist = (blade.twist or ()) if bending == "both" else ()
+    turns = sum(abs(b - a) for a, b in pairwise(twist)) / 90.0
+    return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()), turns)
 
 
 def elements_of_spans(
@@ -124,7 +127,7 @@ def elements_of_spans(
     compression = max(-end.N * end.f**power / end.EI for end in ends)
     if compression > 0:  # half-waves of buckling over the whole beam
         bending += math.sqrt(compression) / math.pi
-    waves = max(bending, stretching)
+    waves = max(bending, stretching) + (densities.twisted if densities else 0.0)
     stretched = any(end.f != 1 for end in ends)  # so the axial stiffness varies
     axial_waves = waves if problem.gyroscopic or stretched or densities else stretching
     factors = densities.of_spans if densities else [1.0] * len(spans)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from beamviz.blade import Blade
+from beamviz.blade import STIFFNESSES, Blade
 from beamviz.solver.solution import read_only
 from beamviz.space.elements import Elements
 from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
@@ -62,6 +62,7 @@ def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: floa
             here = poles_at(blade, poles, a, b)
             for end, ellipse in pieces_beside_poles(a, b, here):
                 phase = order * (angle_of(ends[-1], start, stop) - angle_of(end, start, stop))
+                phase += 2 * turn_between(blade, bending, ends[-1], end) / WAVES
                 orders.append(gauss_points(phase, ellipse, QUADRATURE * share))
                 ends.append(end)
         counts.append(len(ends) - 1)
@@ -75,7 +76,7 @@ def poles_of(blade: Blade, bending: str) -> tuple[tuple[complex, ...], ...]:
     rows = []
     for start, stop, polynomials in blade.segments:
         roots: list[complex] = []
-        for name in (bending, "axial"):
+        for name in (*STIFFNESSES[bending], "axial"):
             coefficients = polynomials[name].coef.tolist()
             if len(coefficients) == 2:
                 constant, slope = coefficients
@@ -113,6 +114,14 @@ def angle_of(x: float, start: float, stop: float) -> float:
     return math.acos(min(max(2 * (x - start) / (stop - start) - 1, -1.0), 1.0))
 
 
+def turn_between(blade: Blade, bending: str, start: float, stop: float) -> float:
+    """The angle [rad] by which the section at the end of a piece is turned from that at its start;
+    0 where bending is that in one plane."""
+    if bending != "both" or blade.twist is None:
+        return 0.0
+    return abs(math.radians(float(blade.at("twist", stop, True) - blade.at("twist", start))))
+
+
 def gauss_points(phase: float, ellipse: float, share: float) -> int:
     """The number of Gauss points in a piece that has this phase of the highest polynomial of its
     element, with no pole in an ellipse around it. Waves exp(i K z) times what has the pole are
@@ -128,7 +137,8 @@ def gauss_points(phase: float, ellipse: float, share: float) -> int:
 
 class Block(NamedTuple):
     """The p points and the functions of an element, all in it. Matrices of all points and functions
-    would hold little but zeros."""
+    would hold little but zeros. Where the beam bends in both planes, functions of bending are
+    (..., 2, p, functions): curvatures about the principal axes of the section."""
 
     points: slice
     along: slice  # numbers of the functions of stretch
@@ -141,18 +151,40 @@ class Block(NamedTuple):
 class Trial:
     """Trial functions on the elements of a beam, with its properties at the Gauss points: n points,
     in all r functions of bending, of the orders of the elements, and of stretch of their axial
-    orders. Or a stack of these for uniform beams, with other breaks, in leading axes."""
+    orders. Or a stack of these for uniform beams, with other breaks, in leading axes.
+
+    Where the beam bends in both planes there are 2 components, and 2 r functions. Their curvatures
+    are those about the principal axes of the section, whose stiffnesses are EI (2 n,); those in the
+    plane of rotation and out of it are turned back by the angle `turn` of the section.
+    """
 
     elements: Elements  # of a stack those of the first
     mesh: Mesh  # of the pieces
     J: NDArray  # (..., n, n) integrates values at the points from the clamp to each point
     counts: tuple[int, ...]  # of pieces of each element
     mass: NDArray  # (..., n) rho A
-    EI: NDArray  # (..., n)
+    EI: NDArray  # (..., n), of both planes (2 n,)
     EA: NDArray  # (..., n)
     blocks: list[Block]  # of each element
     force: list[NDArray]  # of each element (..., p, tail): highest functions of the stretch at rest
     quadrature: float  # share of the elastic energy by which its integral may be wrong
+    turn: NDArray | None = None  # (n,) [rad] of the section; None where it bends in one plane
+
+    @property
+    def components(self) -> int:
+        """The number of planes that the beam bends in."""
+        return 1 if self.turn is None else 2
+
+    def turned(self, curvatures: NDArray, back: bool = False) -> NDArray:
+        """Curvatures (..., 2 n, k) about the principal axes as those in the plane of rotation and
+        out of it, or `back` from these; of one component as they are."""
+        if self.turn is None:
+            return curvatures
+        c, s = np.cos(self.turn)[:, None], np.sin(self.turn)[:, None]
+        s = -s if back else s
+        n = len(self.turn)
+        first, second = curvatures[..., :n, :], curvatures[..., n:, :]
+        return np.concatenate((c * first - s * second, s * first + c * second), axis=-2)
 
     @property
     def grid(self) -> Grid:
@@ -162,7 +194,9 @@ class Trial:
     @cached_property
     def rows(self) -> NDArray:
         """The functions of bending at the n points, and after them their integrals from the clamp
-        (..., 2 n, r)."""
+        (..., 2 n, r); of both components (4 n, 2 r), the integrals of turned curvatures."""
+        if self.turn is not None:
+            return self._rows_of_both
         *stack, n = self.grid.weights.shape
         rows = np.zeros((*stack, 2 * n, sum(self.elements.orders)))
         for points, _, across, _, bending in self.blocks:
@@ -172,6 +206,22 @@ class Trial:
             whole = np.vecmat(self.grid.weights[..., points], bending)
             angle[..., points.stop :, :] = whole[..., None, :]
         return read_only(rows)
+
+    @cached_property
+    def _rows_of_both(self) -> NDArray:
+        """`rows` of both components."""
+        n = len(self.grid.weights)
+        rows = np.zeros((4 * n, 2 * sum(self.elements.orders)))
+        principal = rows[: 2 * n].reshape(2, n, -1)
+        for points, _, across, _, bending in self.blocks:
+            principal[:, points, across] = bending
+        rows[2 * n :] = (self.J @ self.turned(rows[: 2 * n]).reshape(2, n, -1)).reshape(2 * n, -1)
+        return read_only(rows)
+
+    @cached_property
+    def curvatures(self) -> NDArray:
+        """The functions of bending (..., n, r), of both components turned: (2 n, 2 r)."""
+        return self.turned(self.bending)
 
     @property
     def bending(self) -> NDArray:
@@ -217,7 +267,10 @@ class Trial:
     def highest(self) -> list[tuple[NDArray, NDArray]]:
         """Numbers of the two highest functions of each element, of stretch and of bending."""
         return [
-            (np.arange(along.stop - TAIL, along.stop), np.arange(across.stop - TAIL, across.stop))
+            (
+                np.arange(along.stop - TAIL, along.stop),
+                np.arange(across.stop - TAIL * self.components, across.stop),
+            )
             for _, along, across, _, _ in self.blocks
         ]
 
@@ -245,8 +298,9 @@ class Trial:
 
     @cached_property
     def bending_weights(self) -> NDArray:
-        """Weights of the points times E I (..., n)."""
-        return read_only(self.grid.weights * self.EI)
+        """Weights of the points times E I (..., n), of both components (2 n,)."""
+        weights = self.grid.weights
+        return read_only((weights if self.turn is None else np.tile(weights, 2)) * self.EI)
 
     @cached_property
     def is_kinked(self) -> NDArray:
@@ -272,26 +326,37 @@ class Trial:
 
 
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
-    """The trial functions on elements. bending: the property that is the bending stiffness."""
+    """The trial functions on elements. bending: the property that is the bending stiffness, or
+    "both"."""
     if blade is None:
         return uniform_trial(np.array(elements.breaks), elements)
     pieces = pieces_of(elements, blade, bending, share)
     grid = make_grid(np.array(pieces.breaks), pieces.orders)
     x = grid.points
-    rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
+    rho, EA = blade.at("mass", x), blade.at("axial", x)
+    principal = np.stack([blade.at(name, x) for name in STIFFNESSES[bending]])  # (components, n)
+    turn = np.radians(blade.at("twist", x)) if bending == "both" else None
+    components = len(principal)
     parts, force = [], []
     ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), strict=True)
     for (points, along, across), (start, stop) in ends:
         xi, w = (2 * x[points] - start - stop) / (stop - start), grid.weights[points]
         order = across.stop - across.start
         stretch = orthonormal(xi, w, EA[points], order)
-        bending_functions = orthonormal(xi, w, EI[points], order)
+        if turn is None:
+            bending_functions = orthonormal(xi, w, principal[0, points], order)
+        else:
+            bending_functions = orthonormal_in_space(
+                xi, w, principal[:, points], turn[points], order
+            )
+            across = slice(components * across.start, components * across.stop)
         modes_along = stretch[:, : along.stop - along.start]
         parts.append(Block(points, along, across, modes_along, bending_functions))
         force.append(stretch[:, -TAIL:])
     mesh = Mesh(grid, grid.integration_matrix)
     lost = QUADRATURE * share
-    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost)
+    EI = principal.ravel()
+    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost, turn)
 
 
 def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
@@ -331,6 +396,20 @@ def orthonormal(xi: NDArray, w: NDArray, rigidity: NDArray, count: int) -> NDArr
     P = legendre.legvander(xi, count - 1)
     Q, _ = np.linalg.qr(np.sqrt(w / rigidity)[:, None] * P)
     return Q / np.sqrt(w * rigidity)[:, None]
+
+
+def orthonormal_in_space(
+    xi: NDArray, w: NDArray, rigidities: NDArray, turn: NDArray, count: int
+) -> NDArray:
+    """Curvatures (2, p, 2 count) about the principal axes of a section, orthonormal in the energy,
+    whose moments in the plane of rotation and out of it are the first `count` polynomials, by
+    ascending degree. rigidities (2, p) about the axes, turn (p,) [rad] of these."""
+    P = legendre.legvander(xi, count - 1)
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    moments = np.stack((np.stack((c * P, s * P), -1), np.stack((-s * P, c * P), -1)))
+    root = np.sqrt(w / rigidities)[:, :, None]
+    Q, _ = np.linalg.qr((root * moments.reshape(2, len(xi), -1)).reshape(2 * len(xi), -1))
+    return Q.reshape(2, len(xi), -1) / np.sqrt(w * rigidities)[:, :, None]
 
 
 def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice, slice]]:

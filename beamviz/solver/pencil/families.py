@@ -60,7 +60,7 @@ def uncoupled_modes(pencil: Families, count: int) -> Modes:
     root = np.sqrt(abs(shifted))[..., None]
     b *= root[:, 0]
     a *= root[:, 1]
-    omega_squared, size = shifted - pencil.softening, shifted
+    omega_squared, size = shifted - pencil.softening, shifted + pencil.cancelled
     is_shifted = any(map(any, shifts))
     if is_shifted:
         # K and the shift cancel, and in the motion of a heavy mass the rotation about the root and
@@ -68,8 +68,8 @@ def uncoupled_modes(pencil: Families, count: int) -> Modes:
         by = np.array(shifts)[..., None]
         diagonal = np.linalg.diagonal(K)
         terms = np.vecdot((diagonal + by[:, 0] * np.linalg.diagonal(M))[:, None], b**2)
-        omega_squared, size = shifted - by - pencil.softening, shifted.copy()
-        size[:, 0] = terms
+        omega_squared, size = shifted - by - pencil.softening, shifted + pencil.cancelled
+        size[:, 0] += terms - shifted[:, 0]
         if pencil.definiteness == "semidefinite":
             lowest = b[:, 0]
             stored = np.vecdot(lowest, np.matvec(K, lowest))
@@ -79,7 +79,7 @@ def uncoupled_modes(pencil: Families, count: int) -> Modes:
     rigid = None
     if pencil.rigid is not None and pencil.rigid.any():
         rigid = np.zeros(omega_squared.shape, bool)
-        rigid[:, 0, 0] = pencil.rigid
+        rigid[:, 0] = np.arange(count) < pencil.rigid[:, None]
         omega_squared[rigid] = 0.0
     return Modes(
         omega_squared,
@@ -138,7 +138,8 @@ def coupled_modes(pencil: Families, count: int) -> Modes:
     pairing = (squares + abs(modes.stored)) / np.maximum(np.sqrt(squares), TINY)
     rigid = None
     if singular:
-        rigid = np.arange(count) == squares.argmin(axis=-1)[:, None]
+        order = squares.argsort(axis=-1).argsort(axis=-1)
+        rigid = order < pencil.rigid[:, None]
         omega_squared[rigid] = 0.0
     return Modes(
         omega_squared,

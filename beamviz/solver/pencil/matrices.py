@@ -44,8 +44,10 @@ class Families(NamedTuple):
     softening: NDArray  # (beams, 2, 1) of the family across the beam, and of that along it
     gamma: NDArray | None = None  # (beams, 1, 1)
     definiteness: Definiteness = "definite"  # of K across the beam, without softening
-    # (beams,) whether the lowest mode is a rigid motion that nothing holds: s = 0
+    # (beams,) number of the lowest modes that are rigid motions that nothing holds: s = 0
     rigid: NDArray | None = None
+    # (beams, 2, 1) what K of a family is already less by, in units of M: its digits cancel
+    cancelled: NDArray | float = 0.0
     # Of frequencies, relative: where rounding errors are above a tenth of it, a slower and more
     # accurate algorithm is used.
     tolerance: float = 1e-7

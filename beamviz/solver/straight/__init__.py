@@ -46,6 +46,7 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
         fraction=modes.bending_energy_fraction,
         fields=ModeFields(modes),
         estimate_errors=partial(_errors, modes),
+        in_plane_fraction=modes.in_plane_fraction,
     )
     unknowns = sum(orders) + sum(axial_orders)
     stats = Stats(unknowns, "hp", len(orders), max(orders))
@@ -89,7 +90,8 @@ class ModeFields:
     modes: StraightModes  # of one beam
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Displacements (len(x), 2, modes) along and across the beam."""
+        """Displacements (len(x), 2, modes) along and across the beam, or (len(x), 3, modes) along
+        it, in the plane of rotation and out of it."""
         return _displacements(_rows(self.modes.grid.from_clamp, x, len(self.modes.f)), self.modes)
 
 
@@ -137,7 +139,8 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
 
 
 def _displacements(from_clamp: np.ndarray, modes: StraightModes) -> np.ndarray:
-    """Displacements (..., len(x), 2, modes): u = int s along the beam, w = int f theta across."""
+    """Displacements (..., len(x), 1 + c, modes): u = int s along the beam, and across it, of c
+    components, w = int f theta."""
     kappa, s, mode_order = modes.kappa, modes.s, modes.mode_order
     if mode_order is not None:
         count = s.shape[-1]
@@ -145,7 +148,11 @@ def _displacements(from_clamp: np.ndarray, modes: StraightModes) -> np.ndarray:
         kappa, s = (np.take_along_axis(v, place, axis=-1) for v in (kappa, s))
         kappa, s = np.where(bending, kappa, 0.0), np.where(bending, 0.0, s)
     # x is the last axis in memory: samples of one mode are contiguous.
-    fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
+    angle = rotation(modes.grid, kappa)  # (..., c, n, modes)
+    components = angle.shape[-3]
+    fields = np.empty((*s.shape[:-2], s.shape[-1], 1 + components, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
-    fields[..., 1, :] = (modes.f[..., None] * rotation(modes.grid, kappa)).mT @ from_clamp.mT
+    for k in range(components):
+        across = modes.f[..., None] * angle[..., k, :, :]
+        fields[..., 1 + k, :] = across.mT @ from_clamp.mT
     return np.swapaxes(fields, -3, -1)
