@@ -15,6 +15,7 @@ from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
 from beamviz.input_files import errors_of_file, parse_toml, read_small
 from beamviz.plausibility import doubts
 from beamviz.si import (
+    TURN_LIMITS,
     VALUE_UNITS,
     PhysicalBeam,
     check_si_table,
@@ -99,14 +100,14 @@ SECTION = {  # of bending in space
     ),
     "pitch": Parameter(
         *("θ", "pitch", "pitch", "angle of the section at the root [deg]"),
-        limits=(-180.0, 180.0),
+        limits=TURN_LIMITS,
         slider=(-90.0, 90.0, 0.5),
         hint="Angle in degrees by which the section at the root is turned about the beam, from the"
         " plane of rotation towards its axis. It couples bending in and out of the plane",
     ),
     "twist": Parameter(
         *("φ", "twist", "twist", "turn of the section, root to tip [deg]"),
-        limits=(-180.0, 180.0),
+        limits=TURN_LIMITS,
         slider=(-90.0, 90.0, 0.5),
         hint="Angle in degrees by which the section at the tip is turned from that at the root, in"
         " proportion to x between them",
@@ -287,6 +288,8 @@ class Beam:
         [Pa] and section_height [m], its size in the plane of bending. All bend in the plane of
         rotation; flap_stiffness [N m^2]: out of it, where it is another one, as E h b^3 / 12 of a
         bar b x h whose h is in the plane.
+        pitch [deg]: angle by which the section is turned at the root, from the plane of rotation
+        towards its axis; twist [deg]: that of the tip beyond the root, or one for each station.
 
         hub_radius [m]; rotation_speed [rad/s] or rotation_rpm [1/min]; angular_acceleration
         [rad/s^2]; mass [kg] and mass_position [m] from the root, by default the tip; masses: more

@@ -225,7 +225,7 @@ class Blade:
     @property
     def is_prismatic(self) -> bool:
         """Whether no property varies along the span: they may differ between the two planes."""
-        rows = self.mass, self.bending, self.axial, self.flap or self.bending
+        rows = self.mass, self.bending, self.axial, self.flap or self.bending, self.twist or (0.0,)
         return all(len(set(row)) == 1 for row in rows)
 
     @property

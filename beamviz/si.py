@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
-from beamviz.blade import PROPERTY_LIMITS, Blade, Mass, check_inertia
+from beamviz.blade import PROPERTY_LIMITS, TWIST_LIMITS, Blade, Mass, check_inertia
 from beamviz.checks import check_float, check_floats, check_int, check_positive, together
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.input_files import read_columns
@@ -31,12 +31,14 @@ MATERIAL = {
 STRENGTH = {"yield_stress": "Pa", "section_height": "m"}  # optional, beside the material
 SECTION = {"mass_per_length": "kg/m", "bending_stiffness": "N m^2", "axial_stiffness": "N"}
 FLAP = {"flap_stiffness": "N m^2"}
+TURN = {"pitch": "deg", "twist": "deg"}
 SI_KEYS = {  # and their units
     "length": "m",
     **MATERIAL,
     **STRENGTH,
     **SECTION,
     **FLAP,
+    **TURN,
     "stations": "m",
     "degree": "1",
     "hub_radius": "m",
@@ -54,6 +56,7 @@ SIZE_KEYS = (
     *STRENGTH,
     *SECTION,
     *FLAP,
+    *TURN,
     "stations",
     "degree",
 )  # of the beam alone
@@ -64,7 +67,7 @@ VALUE_UNITS = {  # of the keys whose values have one
     for name, unit in {**SI_KEYS, **MASS_KEYS}.items()
     if name not in ("degree", "masses")
 }
-COLUMNS = {"station": "m", **SECTION, **FLAP}
+COLUMNS = {"station": "m", **SECTION, **FLAP, "twist": "deg"}
 SI_SYNONYMS = {  # other names of these values
     **dict.fromkeys(("rpm", "n"), "rotation_rpm"),
     **dict.fromkeys(("speed", "omega", "Omega", "angular_velocity"), "rotation_speed"),
@@ -77,6 +80,8 @@ SI_SYNONYMS = {  # other names of these values
     **dict.fromkeys(("d", "position"), "mass_position"),
     **dict.fromkeys(("hinge_stiffness", "spring"), "root_stiffness"),
     **dict.fromkeys(("station", "span", "x"), "stations"),
+    **dict.fromkeys(("structural_twist", "StrcTwst", "str_tw"), "twist"),
+    **dict.fromkeys(("collective", "setting_angle", "pitch_angle"), "pitch"),
     "bodies": "masses",
     "EA": "axial_stiffness",
     **dict.fromkeys(("yield_strength", "sigma_y", "R_e", "Rp02"), "yield_stress"),
@@ -89,6 +94,7 @@ SI_SYNONYMS = {  # other names of these values
 }
 SI_REQUIRED = ("length", *MATERIAL)  # of a uniform beam by its material
 MAX_MASSES = 20
+TURN_LIMITS = (-180.0, 180.0)  # [deg] of pitch and twist
 ROUNDING = 1e-9  # relative, of the height of a section
 AT_TIP = 1e-9  # rounding of the last station, relative to the length
 RPM = math.pi / 30  # [rad/s]
@@ -133,17 +139,20 @@ class PhysicalBeam:
     masses: tuple[Body, ...] = ()
     root_stiffness: float = math.inf
     angular_acceleration: float = 0.0
+    pitch: float = 0.0  # [deg]
+    twist: float = 0.0  # [deg] from the root to the tip, in proportion to the distance
+    twists: Row | None = None  # [deg] more of it, at the stations
 
     @property
     def is_prismatic(self) -> bool:
         """Whether no property varies along the span."""
-        rows = (getattr(self, name) for name in (*SECTION, *FLAP))
+        rows = (getattr(self, name) for name in (*SECTION, *FLAP, "twists"))
         return all(row is None or len(set(row)) == 1 for row in rows)
 
     @property
     def is_uniform(self) -> bool:
         """Whether no property varies along the span, nor with the plane of bending."""
-        return self.flap_stiffness is None and self.is_prismatic
+        return self.flap_stiffness is None and self.twists is None and self.is_prismatic
 
     @property
     def time(self) -> float:
@@ -177,6 +186,9 @@ class PhysicalBeam:
             "delta": "hub_radius / length",
             "mu": f"length sqrt({gyration})",
             "spin_up": "angular_acceleration T*^2",
+            "flap": "flap_stiffness / bending_stiffness",
+            "pitch": "pitch",
+            "twist": "twist",
         }
 
     @property
@@ -191,6 +203,9 @@ class PhysicalBeam:
             "delta": self.hub_radius / L,
             "mu": L * math.sqrt(self.axial_stiffness[0] / self.bending_stiffness[0]),
             "spin_up": self.angular_acceleration * units.time * units.time,
+            "flap": 1.0,  # a flapwise stiffness is that of a blade
+            "pitch": self.pitch,
+            "twist": self.twist,
         }
 
     @property
@@ -212,6 +227,7 @@ class PhysicalBeam:
             axial=relative("axial_stiffness", EA, EA[0]),
             flap=relative("flap_stiffness over bending_stiffness", flap, EI[0]) if flap else None,
             degree=self.degree,
+            twist=self.twists,
         )
 
     @property
@@ -259,6 +275,10 @@ class PhysicalBeam:
             values["masses"] = [
                 vars(body) | {"inertia": list(body.inertia)} for body in self.masses
             ]
+        values |= {name: getattr(self, name) for name in TURN if getattr(self, name)}
+        if self.twists:
+            along = zip(self.stations, self.twists, strict=True)
+            values["twist"] = [self.twist * x / self.length + twist for x, twist in along]
         if self.root_stiffness != math.inf:
             values["root_stiffness"] = self.root_stiffness
         return values
@@ -267,7 +287,7 @@ class PhysicalBeam:
     def section_values(self) -> dict[str, Any]:
         """The keywords of the section: numbers, or lists with the stations where they vary."""
         rows = {name: getattr(self, name) for name in (*SECTION, *FLAP)}
-        if len(self.stations) == 2 and self.is_prismatic:
+        if len(self.stations) == 2 and self.is_prismatic and self.twists is None:
             return {name: row[0] for name, row in rows.items() if row is not None}
         values: dict[str, Any] = {name: list(row) for name, row in rows.items() if row is not None}
         values["stations"] = list(self.stations)
@@ -284,7 +304,7 @@ class PhysicalBeam:
         if missing := missing_key(given):
             raise InvalidInput(f"missing value {missing}")
         L, stations = span(given)
-        beam = cls(L, stations, **section(given, stations))
+        beam = cls(L, stations, **section(given, stations), **turn(given, stations))
         position = given.get("mass_position")
         return replace(
             beam,
@@ -435,6 +455,20 @@ def along(name: str, value: Any, values: Mapping[str, Any], stations: Row) -> Ro
     return row
 
 
+def turn(values: Mapping[str, Any], stations: Row) -> dict[str, Any]:
+    """The fields of a beam that describe how its section is turned."""
+    fields: dict[str, Any] = {"pitch": check_float("pitch", values.get("pitch", 0.0), *TURN_LIMITS)}
+    twist = values.get("twist", 0.0)
+    if isinstance(twist, str) or not isinstance(twist, Iterable):
+        return fields | {"twist": check_float("twist", twist, *TURN_LIMITS)}
+    row = check_floats("twist", twist, *TWIST_LIMITS)
+    if values.get("stations") is None:
+        raise InvalidInput(f"twist: {len(row)} values need stations [m], one for each")
+    if len(row) != len(stations):
+        raise InvalidInput(f"twist: {len(row)} values, {len(stations)} stations")
+    return fields | {"twists": row if any(row) else None}
+
+
 def speed(values: Mapping[str, Any]) -> float:
     """The rotation speed [rad/s]."""
     rpm = values.get("rotation_rpm")
@@ -502,7 +536,7 @@ def physical_beam(
     EA = EI * (numbers["mu"] / L) * (numbers["mu"] / L)
     if not all(math.isfinite(value) and value > 0 for value in (m, EI, EA)):
         return None
-    constant = (1.0, 1.0)
+    constant, flap = (1.0, 1.0), numbers.get("flap", 1.0)
     shape = blade or Blade((0.0, 1.0), constant, constant, constant)
     strength: dict[str, float | None] = {}
     if shape.is_prismatic:
@@ -519,7 +553,9 @@ def physical_beam(
         mass_per_length=row(m, shape.mass),
         bending_stiffness=row(EI, shape.bending),
         axial_stiffness=row(EA, shape.axial),
-        flap_stiffness=row(EI, shape.flap) if shape.flap else None,
+        flap_stiffness=row(EI, shape.flap or (flap,) * len(shape.x))
+        if shape.flap or flap != 1
+        else None,
         degree=shape.degree,
         density=m / EA * E if E else None,
         **strength,
@@ -533,6 +569,9 @@ def physical_beam(
         ),
         root_stiffness=root * EI / L,
         angular_acceleration=numbers.get("spin_up", 0.0) / T / T,
+        pitch=numbers.get("pitch", 0.0),
+        twist=numbers.get("twist", 0.0),
+        twists=shape.twist,
     )
 
 
