@@ -25,7 +25,7 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
-from beamviz.blade import MAX_DEGREE
+from beamviz.blade import MAX_DEGREE, STIFFNESSES
 from beamviz.solver.constitutive import StrainLaw, Theory
 from beamviz.space.spans import ends_of_spans
 
@@ -164,9 +164,18 @@ class CubicElements:
 
     def __init__(self, nodes: NDArray, beam: Beam, theory: Theory):
         self.nodes, self.beam = nodes, beam
-        self.law, self.curvature_power, in_plane = theory
+        self.law, self.curvature_power, in_plane, _ = theory
         xi, x, self.weights = quadrature(nodes, beam, AXIAL_DEGREE)  # weights (n, p)
         self.EI, self.EA = np.ones(1), np.ones(1)  # (n, p) of a blade
+        self.in_space = theory.bending_property == "both"
+        self.EI_in_space = np.ones((3, 1))  # (3, n, p) in the plane of rotation, coupling, out of it
+        if beam.blade and self.in_space:
+            turn = np.radians(beam.blade.at("twist", x))
+            EI, flap = (beam.blade.at(name, x) for name in STIFFNESSES["both"])
+            c, s = np.cos(turn), np.sin(turn)
+            self.EI_in_space = np.stack(
+                (c**2 * EI + s**2 * flap, c * s * (EI - flap), s**2 * EI + c**2 * flap)
+            )
         if beam.blade:
             self.EI = beam.blade.at(theory.bending_property, x)
             self.EA = beam.blade.at("axial", x)

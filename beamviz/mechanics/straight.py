@@ -45,6 +45,7 @@ from beamviz.solver.pencil.inverse import COMPRESSED
 from beamviz.solver.pencil.matrices import EPS, TINY, Families, Family
 from beamviz.solver.problem import Problem
 from beamviz.solver.stability import (
+    cancelled_softening,
     definiteness_of_bending,
     softening_of_families,
     turns_freely,
@@ -134,7 +135,7 @@ def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: P
         at_root = np.arange(-c, 0)
         K[:, at_root, at_root] += beams.root
     if beams.has_inertia:
-        add_rotary_inertia(K, M, axial, trial, problem)
+        add_rotary_inertia(K, M, M_out, axial, trial, problem)
     along = axial_stiffness(f, beams.mu, law)
     S = trial.stretch / np.sqrt(along)[..., None]
     return Matrices(K, M, S, stiffness, properties.axial * along, M_out)
@@ -189,9 +190,15 @@ def rotations_of_bodies(axial: AxialProblem, trial: Trial) -> NDArray:
 
 
 def add_rotary_inertia(
-    K: NDArray, M: NDArray, axial: AxialProblem, trial: Trial, problem: Problem
+    K: NDArray,
+    M: NDArray,
+    M_out: NDArray | None,
+    axial: AxialProblem,
+    trial: Trial,
+    problem: Problem,
 ) -> None:
-    """Add the rotary inertia of bodies, which turn with the beam, to K and M."""
+    """Add the rotary inertia of bodies, which turn with the beam, to K and M, and in space to the
+    part of M that is out of the plane of rotation."""
     J, stiffness = rotary_inertia(axial.beams, problem)
     if problem.chordwise and problem.softening:
         stiffness = stiffness + J  # a balance: the softening of the family is that of all of M
@@ -203,6 +210,8 @@ def add_rotary_inertia(
         return (rows.mT @ weighted).sum(axis=1)
 
     M += form(J)
+    if M_out is not None:
+        M_out += form(J * np.diag([0.0, 1.0]))
     K += axial.beams.gamma[..., None] ** 2 * form(stiffness)
 
 
@@ -273,14 +282,6 @@ def uncoupled_modes(
         lowest_bending=omega_squared[:, 0, 0],
         in_plane_fraction=in_plane,
     )
-
-
-def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | float:
-    """gamma^2 (beams, 2, 1) that K of bending in space is less by in the plane of rotation; 0.0 in
-    one plane."""
-    if not (problem.in_space and problem.softening):
-        return 0.0
-    return beams.gamma[..., None] ** 2 * np.array([[1.0], [0.0]])
 
 
 def gyroscopic_modes(

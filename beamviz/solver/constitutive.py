@@ -145,10 +145,13 @@ class Theory(NamedTuple):
     law: StrainLaw
     curvature_power: int
     in_plane: bool = True  # whether it moves in the plane of rotation
+    in_space: bool = False  # or in it and out of it
 
     @property
     def bending_property(self) -> str:
-        """The property of a `Blade` that is its bending stiffness in this plane."""
+        """The property of a `Blade` that is its bending stiffness in this plane, or "both"."""
+        if self.in_space:
+            return "both"
         return "bending" if self.in_plane else "flap"
 
 

@@ -22,6 +22,7 @@ from beamviz.solver.pencil.matrices import Families, exponents
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Fields, Solution, Stats, straight
 from beamviz.solver.stability import (
+    cancelled_softening,
     definiteness_of_bending,
     is_buckled_chordwise,
     softening_of_families,
@@ -33,7 +34,8 @@ from beamviz.space.spans import ends_of_spans
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
 Pair = tuple[np.ndarray, np.ndarray]  # matrices along the beam and across it
-Shapes = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), modes); picklable
+# x -> (len(x), modes), or across the beam in space (len(x), 2, modes); picklable
+Shapes = Callable[[np.ndarray], np.ndarray]
 Basis = Callable[[np.ndarray], Shapes]  # coordinates (n, modes) -> functions of x
 
 
@@ -50,32 +52,43 @@ class ModesOfFamilies(NamedTuple):
     omega_squared: np.ndarray  # (modes,) ascending
     fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
     fields: Fields
+    in_plane_fraction: np.ndarray | None = None  # (modes,) of it in the plane of rotation, in space
 
 
-def merge(stretching: Family, bending: Family, modes: int) -> ModesOfFamilies:
-    """The lowest `modes` modes of two uncoupled families."""
+def merge(
+    stretching: Family, bending: Family, modes: int, in_plane: np.ndarray | None = None
+) -> ModesOfFamilies:
+    """The lowest `modes` modes of two uncoupled families. in_plane: of bending in space, the share
+    (modes,) in the plane of rotation."""
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
     known = np.isfinite(omega_squared).sum()  # a family may have fewer than another
     order = omega_squared.argsort(kind="stable")[: min(modes, known)]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
     fields = partial(fields_of_families, stretching.shapes, bending.shapes, order)
-    return ModesOfFamilies(omega_squared[order], fraction, fields)
+    if in_plane is not None:
+        in_plane = np.concatenate((np.ones(len(stretching.omega_squared)), in_plane))[order]
+    return ModesOfFamilies(omega_squared[order], fraction, fields, in_plane)
 
 
 def fields_of_families(
     along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """Displacements (len(x), 2, modes) along and across the beam of the modes of both families in
-    this order."""
-    u, w = along(x), across(x)
-    uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
-    uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
+    """Displacements (len(x), 2 or 3, modes) along and across the beam of the modes of both families
+    in this order."""
+    u, w = along(x)[:, None], _with_components(across(x))
+    uncoupled = np.zeros((len(x), 1 + w.shape[1], u.shape[2] + w.shape[2]))
+    uncoupled[:, :1, : u.shape[2]], uncoupled[:, 1:, u.shape[2] :] = u, w
     return uncoupled[:, :, order]
 
 
 def coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
-    """Displacements (len(x), 2, modes) of modes that have both components."""
-    return np.stack((along(x), across(x)), axis=1)
+    """Displacements (len(x), 2 or 3, modes) of modes that have all components."""
+    return np.concatenate((along(x)[:, None], _with_components(across(x))), axis=1)
+
+
+def _with_components(across: np.ndarray) -> np.ndarray:
+    """Displacements across the beam (len(x), components, modes)."""
+    return across[:, None] if across.ndim == 2 else across
 
 
 def modes_of_matrices(
@@ -93,16 +106,20 @@ def modes_of_matrices(
         gamma=beams.gamma[..., None] if problem.gyroscopic and beam.gamma else None,
         definiteness=definiteness_of_bending(beams, problem),
         rigid=turns_freely(beams, problem),
+        cancelled=cancelled_softening(beams, problem),
     )
     modes = lowest_modes(pencil, problem.modes)
     b, a = modes.V
     along, across = shapes[0](a[0]), shapes[1](b[0])
-    omega_squared = modes.omega_squared[0]
+    omega_squared, in_plane = modes.omega_squared[0], None
+    if problem.in_space:
+        out_of_plane = Fb[0][:, Fb.shape[2] // 2 :] @ b[0][Fb.shape[2] // 2 :]
+        in_plane = np.clip(1 - (abs(out_of_plane) ** 2).sum(axis=0), 0.0, 1.0)
     if modes.fraction is not None:
         fields = partial(coupled_fields, along, across)
-        return ModesOfFamilies(omega_squared, modes.fraction[0], fields)
+        return ModesOfFamilies(omega_squared, modes.fraction[0], fields, in_plane)
     bending, stretching = omega_squared
-    return merge(Family(stretching, along), Family(bending, across), problem.modes)
+    return merge(Family(stretching, along), Family(bending, across), problem.modes, in_plane)
 
 
 def solution_of(
@@ -116,7 +133,7 @@ def solution_of(
 ) -> Solution:
     """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium, nodes:
     between which it is smooth."""
-    (omega_squared, fraction, fields), (dof, elements, order) = modes, size
+    (omega_squared, fraction, fields, in_plane), (dof, elements, order) = modes, size
     bending = omega_squared[fraction >= 0.5]
     lowest = float(bending[0]) if len(bending) else None
     breaks = np.union1d(nodes, ends_of_spans(beam))
@@ -129,6 +146,7 @@ def solution_of(
             s=exponents(omega_squared),
             fraction=fraction,
             fields=fields,
+            in_plane_fraction=in_plane,
             estimate_errors=partial(
                 errors_against_reference, beam, problem, omega_squared, fraction
             ),

@@ -238,14 +238,13 @@ class Problem:
     @cached_property
     def theory(self) -> Theory:
         """The strain law, the curvature measure and the plane."""
-        return Theory(self.strain_law, self.curvature_power, self.chordwise)
+        in_plane = self.chordwise or self.in_space
+        return Theory(self.strain_law, self.curvature_power, in_plane, self.in_space)
 
     @cached_property
     def bending_property(self) -> str:
         """The property of a `Blade` that is its bending stiffness in this plane, or "both"."""
-        if self.in_space:
-            return "both"
-        return "bending" if self.chordwise else "flap"
+        return self.theory.bending_property
 
     @cached_property
     def gyroscopic(self) -> bool:

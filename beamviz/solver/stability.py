@@ -69,6 +69,14 @@ def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
     return beams.gamma[..., None] ** 2 * (softens & problem.softening)
 
 
+def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | float:
+    """gamma^2 (beams, 2, 1) that K of bending in space is less by in the plane of rotation; 0.0 in
+    one plane."""
+    if not (problem.in_space and problem.softening):
+        return 0.0
+    return beams.gamma[..., None] ** 2 * np.array([[1.0], [0.0]])
+
+
 def definiteness_of_bending(beams: BeamStack, problem: Problem) -> Definiteness:
     """Of the stiffness of bending, without softening. The lowest omega^2 of a beam that turns about
     its root may be as small as the spring there is weak or the speed is low."""

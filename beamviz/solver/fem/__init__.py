@@ -2,7 +2,8 @@
 
 Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
 a state the full planar tangent couples nothing along the beam to anything across it: its even
-coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend.
+coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend. In space those that bend
+out of the plane of rotation follow these.
 """
 
 import math
@@ -23,6 +24,8 @@ from beamviz.mechanics.cubic_elements import (
     interpolate,
     nodes_of,
 )
+from beamviz.mechanics.straight_properties import stack_of
+from beamviz.mechanics.straight_residual import rotary_inertia
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, modes_of_matrices, no_equilibrium, solution_of
@@ -43,7 +46,8 @@ class Assembled(NamedTuple):
     position: NDArray  # (2 N,) r1, r1' of each node
     iterations: int
     Ka: NDArray  # (2 N - 1, 2 N - 1) along the beam
-    Kb: NDArray  # (2 N - 2, 2 N - 2) across it; 2 N - 1 where the root is not clamped
+    # (c (2 N - 2), c (2 N - 2)) across it, of c components; 2 N - 1 where the root is not clamped
+    Kb: NDArray
 
 
 def solve(beam: Beam, problem: Problem) -> Solution:
@@ -55,7 +59,14 @@ def solve(beam: Beam, problem: Problem) -> Solution:
     except NotConverged as error:
         raise no_equilibrium(beam, problem) or error from None
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
-    Fa, Fb = F[:, 1:], F[:, -len(Kb) :]
+    components = len(problem.components_in_plane)
+    Fa, F_across = F[:, 1:], F[:, -len(Kb) // components :]
+    Fb = np.kron(np.eye(components), F_across)
+    if components > 1:
+        Fa = np.vstack((Fa, np.zeros_like(Fa)))
+        if problem.softening:
+            inside = len(F_across.T)
+            Kb[:inside, :inside] -= beam.gamma**2 * F_across.T @ F_across
     if any(any(mass.inertia) for mass in beam.masses):
         Fa, Fb, Kb = with_rotary_inertia(model, position, Fa, Fb, Kb, problem)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), (shapes, shapes))
@@ -68,16 +79,36 @@ def with_rotary_inertia(
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Factors of the mass matrices and the stiffness across the beam with bodies that turn: as in
     `mechanics.straight.add_rotary_inertia`."""
-    masses, nodes = model.beam.masses, model.nodes
-    Jx, Jy, Jz = np.array([mass.inertia for mass in masses]).T
-    J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)
-    at = np.array([mass.beta for mass in masses])
+    beam, nodes = model.beam, model.nodes
+    J, stiffness = rotary_inertia(stack_of([beam]), problem)  # (masses, c, c)
+    if problem.chordwise:
+        stiffness = stiffness + J
+    at = np.array([mass.beta for mass in beam.masses])
     f = 1.0 if problem.rigid_tension else interpolate(nodes, position, at, 1)[:, None]
-    rows = interpolate(nodes, np.eye(len(Fb)), at, 1) / f  # theta = w' / f
-    rows = rows[:, -Fb.shape[1] :]
-    Kb = Kb + model.beam.gamma**2 * (rows.T * stiffness) @ rows
-    still = np.zeros((len(masses), Fa.shape[1]))
-    return np.vstack((Fa, still)), np.vstack((Fb, np.sqrt(J)[:, None] * rows)), Kb
+    components = J.shape[-1]
+    unknowns = Fb.shape[1] // components
+    rows = interpolate(nodes, np.eye(2 * len(nodes)), at, 1)[:, -unknowns:] / f  # theta = w' / f
+    angles = np.einsum("mu,cd->mcdu", rows, np.eye(components))
+    angles = angles.reshape(len(at), components, -1)  # (masses, c, unknowns)
+    Kb = Kb + beam.gamma**2 * np.einsum("mcu,mcd,mdv->uv", angles, stiffness, angles)
+    values, axes = np.linalg.eigh(J)
+    turning = (np.sqrt(np.maximum(values, 0.0))[..., None] * (axes.mT @ angles)).reshape(
+        -1, Fb.shape[1]
+    )
+    still = np.zeros((len(turning), Fa.shape[1]))
+    return np.vstack((Fa, still)), np.vstack((Fb, turning)), Kb
+
+
+def _across(model: CubicElements, q: NDArray, tension: NDArray) -> NDArray:
+    """The stiffness of bending under a tension (n, p), of all components, without the clamped
+    coordinates: of each r2 of the first node, and its slope, or the root spring on that."""
+    if not model.in_space:
+        return _held(model, _dense(bending(model, q, model.EI, tension)), q[1])
+    inside, coupling, outside = model.EI_in_space
+    no_tension = np.zeros_like(tension)
+    Kv, Kw = (_held(model, _dense(bending(model, q, EI, tension)), q[1]) for EI in (inside, outside))
+    Kvw = _dense(bending(model, q, coupling, no_tension))[-len(Kv) :, -len(Kv) :]
+    return np.block([[Kv, Kvw], [Kvw.T, Kw]])
 
 
 def _held(model: CubicElements, Kb: NDArray, f: float) -> NDArray:
@@ -95,8 +126,8 @@ def _ancf(model: CubicElements) -> Assembled:
     root = straight_equilibrium(model)
     q = root.state[::2]
     tension = model.beam.mu**2 * model.EA * model.law.force(gradient(model, q))
-    Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q, tension))
-    return Assembled(q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1]))
+    Ka = _dense(axial(model, q))
+    return Assembled(q, root.iterations, Ka[1:, 1:], _across(model, q, tension))
 
 
 def _linear(model: CubicElements) -> Assembled:
@@ -107,8 +138,7 @@ def _linear(model: CubicElements) -> Assembled:
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
     tension = model.beam.mu**2 * model.EA * gradient(model, u)
-    Kb = _dense(bending(model, rest, tension))
-    return Assembled(rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0))
+    return Assembled(rest + u, 1, K[1:, 1:], _across(model, rest, tension))
 
 
 ASSEMBLERS = {"ancf": _ancf, "linear": _linear}
@@ -126,8 +156,15 @@ def _curve(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDAr
 
 def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
     """Shapes from the coordinates that the clamp leaves free."""
+    if len(free) > 2 * len(nodes):  # of both planes
+        return partial(_both, *(_shapes(nodes, part) for part in np.split(free, 2)))
     clamped = np.zeros((2 * len(nodes) - len(free), free.shape[1]))
     return partial(interpolate, nodes, np.concatenate((clamped, free)))
+
+
+def _both(in_plane: Shapes, out_of_plane: Shapes, x: NDArray) -> NDArray:
+    """Shapes (len(x), 2, modes) of both planes."""
+    return np.stack((in_plane(x), out_of_plane(x)), axis=1)
 
 
 def straight_equilibrium(model: CubicElements) -> Root:
@@ -219,13 +256,14 @@ def axial(model: CubicElements, q: NDArray) -> NDArray:
     return _form(model.dS, model.weights * model.EA * stiffness)
 
 
-def bending(model: CubicElements, q: NDArray, tension: NDArray) -> NDArray:
-    """Stiffness (n, 4, 4) of each element across the beam at r1 = q under a tension (n, p)."""
+def bending(model: CubicElements, q: NDArray, EI: NDArray, tension: NDArray) -> NDArray:
+    """Stiffness (n, 4, 4) of each element across the beam at r1 = q, of a bending stiffness (n, p)
+    under a tension (n, p)."""
     f = gradient(model, q)
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
-    stiffness = model.weights * model.EI * constitutive.bending_stiffness(f, model.curvature_power)
+    stiffness = model.weights * EI * constitutive.bending_stiffness(f, model.curvature_power)
     return _form(slope, stiffness) + _form(angle, model.weights * tension * f)
 
 
