@@ -47,11 +47,17 @@ def mode_dataset(
     variables: dict[str, Any] = {
         key: ("mode", np.array(modes[key]), UNITS.get(key)) for key in QUANTITIES
     }
+    if "in_plane_fraction" in modes:
+        variables["in_plane_fraction"] = ("mode", modes["in_plane_fraction"])
     dims, shape, note = ("mode", "x", "component"), along["shape"], {"long_name": "unit modal mass"}
     variables["shape"] = (dims, shape.real, note)
     if np.iscomplexobj(shape):
         variables["shape_imag"] = (dims, shape.imag, note)
-    variables["position"] = (("x", "component"), along["position"], {"units": "L"})
+    components, position = ["along", "across"], along["position"]
+    if shape.shape[-1] == 3:
+        components = ["along", "in_plane", "out_of_plane"]
+        position = np.column_stack((position, np.zeros(len(position))))
+    variables["position"] = (("x", "component"), position, {"units": "L"})
     variables["stretch"] = ("x", along["stretch"])
     for name, unit in LOADS.items():
         variables[name] = ("x", along[name], {"units": unit})
@@ -59,7 +65,7 @@ def mode_dataset(
         "mode": modes["index"],
         "label": ("mode", np.array(modes["label"])),
         "x": ("x", along["x"], {"units": "L"}),
-        "component": ["along", "across"],
+        "component": components,
     }
     return xarray.Dataset(variables, coordinates, attributes)
 
@@ -71,6 +77,8 @@ def loci_dataset(
     with requires("xarray"):
         import xarray
     rows = {key: [getattr(branch, key) for branch in branches] for key in QUANTITIES}
+    if branches[0].in_plane_fraction is not None:
+        rows["in_plane_fraction"] = [branch.in_plane_fraction for branch in branches]
     rows["family"] = [[name or "" for name in family] for family in rows["family"]]
     fixed = {name: value for name, value in attributes.items() if name != over}
     return xarray.Dataset(

@@ -44,6 +44,9 @@ class Branch:
     s: NDArray  # (values,) growth rate + i frequency
     bending_fraction: NDArray  # (values,) share of the kinetic energy across the beam
     solutions: tuple[Solution | None, ...]  # (values,) None where there is none
+    # (values,) share of the kinetic energy in the plane of rotation; None where it bends in one
+    # plane
+    in_plane_fraction: NDArray | None = None
 
     @cached_property
     def frequency(self) -> NDArray:
@@ -191,7 +194,10 @@ def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Bra
     n = len(values)
     rank = np.where(modes.known, modes.rank, count).reshape(n, -1)
     s, bending = modes.s.reshape(n, -1), modes.bending.reshape(n, -1)
-    columns: dict[str, tuple[NDArray, NDArray, NDArray]] = {}
+    in_plane = np.full_like(bending, math.nan)
+    if modes.in_plane is not None:
+        in_plane = modes.in_plane.reshape(n, -1)
+    columns: dict[str, tuple[NDArray, NDArray, NDArray, NDArray]] = {}
     exists = np.zeros(n, bool)
     for part in parts:
         here = np.flatnonzero((values >= part.track.low) & (values <= part.track.high))
@@ -202,10 +208,11 @@ def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Bra
             index = rank[here, mode]
             inside = index < count
             rows, mode = here[inside], mode[inside]
-            index_of, s_of, bending_of = columns.setdefault(part.labels[number], _absent(n))
+            index_of, s_of, bending_of, in_plane_of = columns.setdefault(part.labels[number], _absent(n))
             index_of[rows] = index[inside]
             s_of[rows] = s[rows, mode]
             bending_of[rows] = bending[rows, mode]
+            in_plane_of[rows] = in_plane[rows, mode]
     if not exists.any():
         return ()
     outcomes = path.solve(values)
@@ -214,11 +221,19 @@ def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Bra
         for outcome, known in zip(outcomes, exists.tolist(), strict=True)
     )
     return tuple(
-        Branch(label, read_only(index), read_only(s), read_only(bending), solutions)
-        for label, (index, s, bending) in columns.items()
+        Branch(
+            label,
+            read_only(index),
+            read_only(s),
+            read_only(bending),
+            solutions,
+            None if modes.in_plane is None else read_only(in_plane),
+        )
+        for label, (index, s, bending, in_plane) in columns.items()
     )
 
 
-def _absent(n: int) -> tuple[NDArray, NDArray, NDArray]:
-    """mode_index, s and the share of the energy (n,) of a branch that is nowhere."""
-    return np.full(n, -1), np.full(n, complex(math.nan, math.nan)), np.full(n, math.nan)
+def _absent(n: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """mode_index, s and the shares of the energy (n,) of a branch that is nowhere."""
+    s = np.full(n, complex(math.nan, math.nan))
+    return np.full(n, -1), s, np.full(n, math.nan), np.full(n, math.nan)

@@ -143,8 +143,11 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
     branches = {int(branch.mode_index[k]): branch for branch in found.branches}  # by mode
     branches.pop(-1, None)  # not among the modes there
     if not found.problem.gyroscopic and max(branches, default=0) < len(branches):
-        shares = [branches[mode].bending_fraction[k] for mode in range(len(branches))]
-        labels = labels_of(shares)
+        every = [branches[mode] for mode in range(len(branches))]
+        in_plane = None
+        if found.problem.in_space:
+            in_plane = [row[k] for each in every if (row := each.in_plane_fraction) is not None]
+        labels = labels_of([branch.bending_fraction[k] for branch in every], in_plane)
     else:
         solution = next((branch.solutions[k] for branch in branches.values()), None)
         labels = identify_modes(solution).labels if solution else ()

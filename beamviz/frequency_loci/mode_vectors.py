@@ -39,7 +39,8 @@ class ModeVectors:
     at: np.ndarray  # (n,)
     omega_squared: np.ndarray  # (n, m) ascending in each row
     gamma: np.ndarray  # (n,)
-    fields: np.ndarray  # (n, m, 2, points) u and w times the roots of weights and masses
+    # (n, m, 1 + c, points) u and the c components of w times the roots of weights and masses
+    fields: np.ndarray
     product: Callable[["ModeVectors", "ModeVectors"], np.ndarray]
 
     def chosen(self, values: Any, modes: np.ndarray | None = None) -> "ModeVectors":
@@ -115,7 +116,7 @@ def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Mod
 def mass_weighted(
     solutions: Sequence[Solution], squares: np.ndarray, count: int, beside: Sequence[Beam] = ()
 ) -> np.ndarray:
-    """u and w (n, m, 2, points) of all modes at Gauss points and at the bodies, times the roots of
+    """u and w (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, times the roots of
     weights and masses. beside: beams of another blade or with other bodies; the vectors have
     components at their discontinuities, too, so that theirs, with these beams beside, match."""
     if beside:
@@ -129,13 +130,13 @@ def mass_weighted(
 
 def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
     """u and w of gyroscopic modes of any phase: of (u, i w) where stable, else of (u, w)."""
-    u, w = fields[:, :, 0], fields[:, :, 1]
-    stable = (squares >= 0)[:, :, None]
-    return np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
+    u, w = fields[:, :, :1], fields[:, :, 1:]
+    stable = (squares >= 0)[:, :, None, None]
+    return np.concatenate((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
 
 
 def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (n, m, 2, points) of all modes at Gauss points and at the bodies, of arbitrary
+    """Displacements (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, of arbitrary
     phase, and rotations of bodies with inertia in place of displacements across the beam; weights,
     masses and moments of inertia there (n, 1, 1, points)."""
     if not all(solution.beam.is_uniform for solution in solutions):
@@ -146,7 +147,7 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
     n = len(solutions)
     stations = np.column_stack((np.tile((x + 1) / 2, (n, 1)), beta))
     masses = np.column_stack((np.tile(w / 2, (n, 1)), alpha))
-    fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
+    fields = displacements(solutions, stations)  # (n, count + 1, 1 + c, m)
     return fields.swapaxes(1, 3), masses[:, None, None, :]
 
 
@@ -174,27 +175,51 @@ def _fields_of_blades(
     fields = displacements(solutions, np.column_stack((np.tile(x, (n, 1)), beta))).swapaxes(1, 3)
     masses = np.column_stack((np.tile(w, (n, 1)), alpha))
     if turning:
-        axis = 2 if solutions[0].problem.chordwise else 1
-        rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)
-        for k, (place, _) in enumerate(turning):
-            rotations[:, :, 1, k] = _rotations(solutions, place)
+        places = [place for place, _ in turning]
+        moments = np.array([moments for _, moments in turning]) / len(every)
+        rotations, inertia = _rotations_of_bodies(solutions, places, moments)
         fields = np.concatenate((fields, rotations), axis=3)
-        inertia = [moments[axis] / len(every) for _, moments in turning]
         masses = np.column_stack((masses, np.tile(inertia, (n, 1))))
     return fields, masses[:, None, None, :]
 
 
+def _rotations_of_bodies(
+    solutions: Sequence[Solution], places: Sequence[float], moments: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations (n, m, 1 + c, k) of bodies with principal moments of inertia (bodies, 3), about the
+    axes of which they have one, in the last component; and those moments (k,)."""
+    angles = np.stack([_rotations(solutions, place) for place in places], axis=3)  # (n, m, c, k)
+    problem = solutions[0].problem
+    if problem.in_space:
+        turns = [[_turn(solution.beam, place) for place in places] for solution in solutions]
+        c, s = (function(np.radians(turns))[:, None] for function in (np.cos, np.sin))
+        v, w = angles[:, :, 0], angles[:, :, 1]
+        angles = np.concatenate((c * v + s * w, c * w - s * v), axis=2)[:, :, None]
+        inertia = np.concatenate((moments[:, 2], moments[:, 1]))
+    else:
+        inertia = moments[:, 2 if problem.chordwise else 1]
+    rotations = np.zeros((*angles.shape[:2], 3 if problem.in_space else 2, len(inertia)), angles.dtype)
+    rotations[:, :, -1] = angles[:, :, 0]
+    return rotations, inertia
+
+
+def _turn(beam: Beam, x: float) -> float:
+    """The angle [deg] of the section at x."""
+    own = 0.0 if beam.blade is None else float(beam.blade.at("twist", x))
+    return beam.pitch + beam.twist * x + own
+
+
 def _rotations(solutions: Sequence[Solution], x: float) -> np.ndarray:
-    """Rotations (n, m) of the section at x, by differences toward the root; at the root, toward the
-    tip."""
+    """Rotations (n, m, c) of the section at x, by differences toward the root; at the root, toward
+    the tip."""
     step = STEP if x >= 2 * STEP else -STEP
     near = x - step * np.arange(3)
-    moved = displacements(solutions, np.tile(near, (len(solutions), 1)))  # (n, 3, 2, m)
+    moved = displacements(solutions, np.tile(near, (len(solutions), 1)))  # (n, 3, 1 + c, m)
     slope = np.array([1.5, -2.0, 0.5]) / step
     angles = np.array([solution.equilibrium.angle(near) for solution in solutions])
     f = np.array([solution.equilibrium.stretch(near)[0] for solution in solutions])
-    along, across = moved[:, 0, 0], np.einsum("p,npm->nm", slope, moved[:, :, 1])
-    return (across + (angles @ slope)[:, None] * along) / f[:, None]
+    along, across = moved[:, 0, 0], np.einsum("p,npcm->nmc", slope, moved[:, :, 1:])
+    return (across + ((angles @ slope)[:, None] * along)[..., None]) / f[:, None, None]
 
 
 def _of_real_square(fields: np.ndarray) -> np.ndarray:
@@ -206,8 +231,7 @@ def _of_real_square(fields: np.ndarray) -> np.ndarray:
 
 def _mass_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
     """phi_i* M phi_j."""
-    (u, w), (other_u, other_w) = _components(one), _components(other)
-    return _sums(u, other_u) + _sums(w, other_w)
+    return _sums(_joined(one.fields), _joined(other.fields))
 
 
 def _complex_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
@@ -246,7 +270,9 @@ def _gyroscopic_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
     omega, other_omega = one.frequencies[:, :, None], other.frequencies[:, None]
     signed = np.where(one.omega_squared >= 0, 1.0, -1.0)[:, :, None] * omega
     other_signed = np.where(other.omega_squared >= 0, 1.0, -1.0)[:, None] * other_omega
-    along, across = _sums(u, other_u), _sums(w, other_w)
+    # In space w, which the Coriolis force acts on, is the component in the plane of rotation.
+    along = _sums(u, other_u)
+    across = _sums(_joined(one.fields[:, :, 1:]), _joined(other.fields[:, :, 1:]))
     gamma = _sum_of_gamma(one, other)
     first = omega * along + other_signed * across - gamma * _sums(w, other_u)
     second = signed * across + other_omega * along - gamma * _sums(u, other_w)
@@ -255,14 +281,19 @@ def _gyroscopic_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
 
 def _signs(vectors: ModeVectors) -> np.ndarray:
     """The sign (n, m) of each mode in half the product: -1 of an unstable one that bends."""
-    u, w = _components(vectors)
-    bends = (w**2).sum(axis=2) > (u**2).sum(axis=2)
+    squares = (vectors.fields**2).sum(axis=3)  # (n, m, components)
+    bends = squares[:, :, 1:].sum(axis=2) > squares[:, :, 0]
     return np.where((vectors.omega_squared >= 0) | ~bends, 1.0, -1.0)
 
 
 def _components(vectors: ModeVectors) -> tuple[np.ndarray, np.ndarray]:
     """u and w (n, m, points)."""
     return vectors.fields[:, :, 0], vectors.fields[:, :, 1]
+
+
+def _joined(fields: np.ndarray) -> np.ndarray:
+    """All components in one axis: (n, m, components * points)."""
+    return fields.reshape(*fields.shape[:2], math.prod(fields.shape[2:]))
 
 
 def _sums(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -53,11 +53,13 @@ def check_values(
 
 
 class Modes(NamedTuple):
-    """Modes at values of a parameter by family, bending first; or all modes as one family."""
+    """Modes at values of a parameter by family, bending first; or all modes as one family. In space
+    they are one, though modes of planes that do not couple may cross."""
 
     at: NDArray  # (values,) ascending
     s: NDArray  # (values, families, k) growth rate + i frequency; nan where not solved for
     bending: NDArray  # (values, families, k) share of the kinetic energy across the beam
+    in_plane: NDArray | None = None  # (values, families, k) share of it in the plane of rotation
 
     @property
     def omega_squared(self) -> NDArray:
@@ -103,7 +105,8 @@ class Path:
     def is_coupled(self) -> bool:
         """Whether bending and stretching couple; else the families are independent."""
         turns = self.over == "gamma" or self.beam.gamma > 0
-        return not self.is_straight or (self.problem.gyroscopic and turns)
+        gyroscopic = self.problem.gyroscopic and turns
+        return not self.is_straight or gyroscopic or self.problem.in_space
 
     @cached_property
     def extra_modes(self) -> int:
@@ -173,6 +176,11 @@ class Path:
         if solutions:
             s[solved] = [solution.s for solution in solutions]
             bending[solved] = [solution.bending_energy_fraction for solution in solutions]
+        if self.problem.in_space:
+            in_plane = np.full(s.shape, math.nan)
+            if solutions:
+                in_plane[solved] = [solution.in_plane_fraction for solution in solutions]
+            return Modes(values, s[:, None], bending[:, None], in_plane[:, None])
         if self.is_coupled:
             return Modes(values, s[:, None], bending[:, None])
         return Modes(values, *_by_family(s, bending))

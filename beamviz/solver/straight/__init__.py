@@ -15,6 +15,7 @@ from beamviz.errors import BeamvizError
 from beamviz.mechanics.straight import StraightModes, rotation
 from beamviz.solver.build import State, Vibration, build_solution
 from beamviz.solver.pencil.matrices import exponents
+from beamviz.solver.planes import JoinedModes
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, Stats, read_only, straight
 from beamviz.solver.stability import is_buckled_chordwise
@@ -96,19 +97,36 @@ class ModeFields:
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
-    """Displacements (solutions, points, 2, modes) of solutions with equally many modes, each at its
+    """Displacements (solutions, points, 2 or 3, modes) of solutions with equally many modes, each at its
     own x (solutions, points); computed in stacks where the meshes have the same orders.
 
     The phase of each mode is arbitrary, unlike that of `Solution.displacement`.
     """
     groups: dict[object, list[int]] = {}
+    joined = [k for k, each in enumerate(solutions) if isinstance(each.fields, JoinedModes)]
     for k, solution in enumerate(solutions):
+        if isinstance(solution.fields, JoinedModes):
+            continue
         modes = solution.fields.modes if isinstance(solution.fields, ModeFields) else None
         key = k if modes is None else (modes.grid.orders, modes.mode_order is None)
         groups.setdefault(key, []).append(k)
     stacks = [stack for group in groups.values() for stack in _stacks(group, solutions, x)]
     parts = [_of_group([solutions[k] for k in stack], x[stack]) for stack in stacks]
+    if joined:
+        parts.append(_of_joined([solutions[k] for k in joined], x[joined]))
+        stacks.append(joined)
     return np.concatenate(parts)[np.concatenate(stacks).argsort()]  # in the order of the solutions
+
+
+def _of_joined(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
+    """`displacements` of modes in both planes that do not couple."""
+    fields = [each.fields for each in solutions if isinstance(each.fields, JoinedModes)]
+    chordwise, flapwise = (
+        displacements(of_plane, x)
+        for of_plane in ([each.chordwise for each in fields], [each.flapwise for each in fields])
+    )
+    rows = zip(fields, chordwise, flapwise, strict=True)
+    return np.array([each.arranged(*of_planes) for each, *of_planes in rows])
 
 
 def _stacks(group: list[int], solutions: Sequence[Solution], x: np.ndarray) -> list[list[int]]:
