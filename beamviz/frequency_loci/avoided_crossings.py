@@ -59,10 +59,12 @@ def avoided_crossings(track: Track) -> tuple[list[AvoidedCrossing], list[tuple[f
     that is least at one does not settle, and is none of these."""
     searches = [Search(track, candidate) for candidate in candidates(track)]
     locate(searches, track.path)
-    wanted = [search for search in searches if search.is_wanted(track.path.problem.modes)]
+    wanted = [search for search in searches if search.is_wanted(track.path.followed_modes)]
     located = [search for search in wanted if search.is_settled]
     brackets = [
-        (search.candidate.low, search.candidate.high) for search in wanted if not search.is_settled
+        (search.candidate.low, search.candidate.high)
+        for search in wanted
+        if not search.is_settled and search.is_wanted(track.path.problem.modes)
     ]
     unlocated = [ends for ends in brackets if not track.path.buckles_between(*ends)]
     return _measured(track, located), unlocated
@@ -73,7 +75,7 @@ def candidates(track: Track) -> list[Candidate]:
     at, modes = track.values, track.modes
     if len(at) < 3:
         return []
-    f, requested = modes.frequencies, modes.rank < track.path.problem.modes
+    f, requested = modes.frequencies, modes.rank < track.path.followed_modes
     gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
     least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
     least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & requested[1:-1, :, :-1]

@@ -145,6 +145,8 @@ def crossings(tracked: Tracked) -> Iterator[Event | Limit]:
     1986)."""
     for part in tracked.parts:
         for lower, upper, at, frequency, modes in part.exchanges:
+            if modes[0] >= tracked.path.problem.modes:
+                continue
             labels = part.labels_of((lower, upper), at)
             yield Event("crossing", labels, at, (frequency, frequency), modes)
         if not tracked.path.is_coupled:
@@ -194,7 +196,9 @@ def veerings(tracked: Tracked) -> Iterator[Event | Limit]:
     for part in tracked.parts:
         for low, high in part.unlocated:
             yield not_located("least gap", tracked.path.over, low, high)
-        yield from _least_gaps("veering", part)
+        for event in _least_gaps("veering", part):
+            if event.modes[0] < tracked.path.problem.modes:
+                yield event
 
 
 def close_approaches(tracked: Tracked) -> Iterator[Event | Limit]:

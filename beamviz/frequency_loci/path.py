@@ -20,6 +20,8 @@ from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, frequencies_of, omega_squared_of, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
+# More of these in space, where those of both planes are as many again, and may cross before they do.
+MORE_IN_SPACE = 2
 
 
 def check_values(
@@ -112,7 +114,14 @@ class Path:
     def extra_modes(self) -> int:
         """Number of modes solved for beyond those requested: EXTRA_MODES, or all that the method
         has. Raises InvalidInput where it has fewer modes than requested."""
-        return self.problem.available(EXTRA_MODES)
+        return self.problem.available(EXTRA_MODES + MORE_IN_SPACE * self.problem.in_space)
+
+    @cached_property
+    def followed_modes(self) -> int:
+        """Number of the lowest modes whose crossings are located, so that they keep their labels:
+        those requested, and in space those that may become one of them."""
+        more = max(self.extra_modes - 1, 0) if self.problem.in_space else 0
+        return self.problem.modes + more
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

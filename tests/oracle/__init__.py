@@ -94,8 +94,15 @@ def truth(
     Raises NoStateError without an equilibrium, UnresolvedError where the two resolutions differ
     by more than `accuracy` (relative; of a beam that may buckle, relative to one at rest at least).
     """
-    if coriolis and plane != "chordwise":
+    if coriolis and plane == "flapwise":
         raise ValueError("Coriolis couples stretching with bending in the plane of rotation only")
+    if plane == "both":
+        from oracle.space import SpaceSpectrum
+
+        spectra = [SpaceSpectrum(beam, strain, curvature, level) for level in resolutions]
+        coarse, fine = (spectrum.squares(modes, coriolis) for spectrum in spectra)
+        families = ["mixed"] * modes
+        return compared(beam, curvature, spectra[1], coarse, fine, families, accuracy)
     spectra = [Spectrum(beam, strain, curvature, level, plane) for level in resolutions]
     if coriolis:
         coarse, fine = (spectrum.coupled(modes) for spectrum in spectra)
@@ -106,6 +113,21 @@ def truth(
             for spectrum in spectra
         )
         families = ["bending"] * modes + ["stretching"] * modes
+    return compared(beam, curvature, spectra[1], coarse, fine, families, accuracy, modes)
+
+
+def compared(
+    beam: Beam,
+    curvature: str,
+    found: "Spectrum",
+    coarse: np.ndarray,
+    fine: np.ndarray,
+    families: list[str],
+    accuracy: float,
+    modes: int | None = None,
+) -> Truth:
+    """The lowest modes of both resolutions, of the finer `found`; UnresolvedError where they
+    differ."""
     lowest = np.argsort(fine)[:modes]
     fine, differences = fine[lowest], np.abs(fine - coarse)[lowest]
     size = np.abs(fine) + (0.0 if beam.delta >= 0 else AT_REST)
@@ -113,9 +135,8 @@ def truth(
         raise UnresolvedError(
             f"{beam.numbers}, {curvature}: differs by {np.max(differences / size) / 2:.1e}"
         )
-    found = spectra[1]
-    families = tuple(families[k] for k in lowest)
-    return Truth(fine, differences, families, found.mesh.x.ravel(), found.f.ravel(), found.tip)
+    kinds = tuple(families[k] for k in lowest)
+    return Truth(fine, differences, kinds, found.mesh.x.ravel(), found.f.ravel(), found.tip)
 
 
 class Spectrum:

@@ -102,6 +102,25 @@ def random_blade_scene(seed: int) -> Scene:
     return Scene(with_random_properties(rng, beam), options)
 
 
+def random_space_scene(seed: int) -> Scene:
+    """A beam or a blade of `random_blade_scene` that bends in both planes, with a pitch, a twist or
+    both, uniform ones with a flapwise stiffness of their own."""
+    rng = np.random.default_rng([37, seed])
+    scene = random_scene(seed) if rng.random() < 0.5 else random_blade_scene(seed)
+    beam, options = scene.beam, scene.options | {"plane": "both"}
+    options["coriolis"] = bool(rng.random() < 0.5)
+    turned = {"pitch": pick(rng, {0.0: 0.2, rng.uniform(-180, 180): 0.5, rng.uniform(-5, 5): 0.3})}
+    turned["twist"] = pick(rng, {0.0: 0.3, rng.uniform(-90, 90): 0.7})
+    if beam.blade is None:
+        turned["flap"] = float(10 ** rng.uniform(-2, 1.5))
+    elif rng.random() < 0.7:
+        twist = np.cumsum(rng.normal(0, 15, len(beam.blade.x)))
+        values = {name: getattr(beam.blade, name) for name in beam.blade.__dataclass_fields__}
+        blade = Blade(**values | {"twist": tuple(np.clip(twist, -90, 90).tolist())})
+        beam = beam.replace(blade=blade)
+    return Scene(beam.replace(**turned), options)
+
+
 def random_dip_scene(seed: int) -> Scene:
     """A blade of `random_blade_scene` with a table, and dips of its stiffness and jumps in it."""
     for attempt in count():

@@ -9,7 +9,7 @@ def at(beam: Beam, name: str, x: np.ndarray, inboard: np.ndarray | bool = False)
     """A property at points x; where it jumps, its value toward the tip, or `inboard` the root."""
     x = np.asarray(x, dtype=float)
     if beam.blade is None:
-        return np.ones_like(x)
+        return np.full_like(x, beam.flap if name == "flap" else 1.0)
     values = np.empty_like(x)
     for segment in beam.blade.segments:
         beyond = np.where(inboard, x > segment.start, x >= segment.start) | (segment.start == 0)
