@@ -84,6 +84,8 @@ def mode_columns(modes: Mapping[str, Any], units: Units | None) -> dict[str, Ite
         cells = [text if rate else "-" for text, rate in zip(texts, growth_rate, strict=True)]
         columns["growth rate [1/T*]"] = cells
     columns["bending"] = [f"{100 * share:.0f} %" for share in modes["bending_fraction"]]
+    if "in_plane_fraction" in modes:
+        columns["in plane"] = [f"{100 * share:.0f} %" for share in modes["in_plane_fraction"]]
     columns["nodes x/L"] = [" ".join(f"{x:.5f}" for x in at) or "-" for at in modes["nodes"]]
     return columns
 

@@ -17,6 +17,7 @@ from beamviz.dynamics.drives import Hub, Ramp, Samples, drive_of
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.planes import is_turned
 from beamviz.solver.problem import Problem
 
 METHODS = {
@@ -86,6 +87,11 @@ class Case:
                 f"spin_up = {self.beam.spin_up:g} (an angular acceleration): a motion in time takes"
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
+            )
+        if is_turned(self.beam):
+            raise InvalidInput(
+                f"pitch = {self.beam.pitch:g}, twist = {self.beam.twist:g}: a turned section leaves"
+                " the plane of rotation, in which a motion in time is"
             )
         turning = any(any(body.inertia) for body in self.beam.masses)
         if self.cubic and (turning or self.beam.root < math.inf):

@@ -17,7 +17,9 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
     """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
     (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
     beam, line = solution.beam, solution.along_beam
-    shapes = line.pop("shape")
+    shapes, in_plane = line.pop("shape"), {}
+    if solution.in_plane_fraction is not None:
+        in_plane["in_plane_fractions"] = solution.in_plane_fraction
     return {
         "beam": np.array(list(beam.numbers.values())),
         "beam_names": np.array(list(beam.numbers)),
@@ -27,6 +29,7 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
         "status": np.array(solution.equilibrium.status),
         **{key: np.array(getattr(solution, key)) for key in MODE_ARRAYS},
         "bending_fractions": solution.bending_energy_fraction,
+        **in_plane,
         **line,
         "shapes": shapes,
         **si_arrays(solution, line),

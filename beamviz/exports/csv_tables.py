@@ -19,6 +19,7 @@ from beamviz.version import __version__
 
 SHAPES = ".shapes.csv"  # the end of the name of the second table
 COMPONENTS = "along", "across"  # of positions and shapes
+COMPONENTS_IN_SPACE = "along", "in plane", "out of plane"  # of shapes
 STRESSES = {
     "axial_stress_pascals": "axial stress [Pa]",
     "bending_stress_pascals": "bending stress [Pa]",
@@ -51,6 +52,8 @@ def mode_table(solution: Solution, second: str) -> bytes:
         columns["frequency [rad/s]"] = units.angular_frequency(found["frequency"])
         columns["growth rate [1/s]"] = units.angular_frequency(found["growth_rate"])
     columns["bending fraction"] = found["bending_fraction"]
+    if "in_plane_fraction" in found:
+        columns["fraction in the plane of rotation"] = found["in_plane_fraction"]
     columns["nodes [x/L]"] = [" ".join(map(repr, at.tolist())) for at in found["nodes"]]
     return table(solution, f"Shapes and equilibrium along the beam: {second}", columns)
 
@@ -75,7 +78,8 @@ def shape_table(solution: Solution) -> bytes:
         stress = stress_along(solution, line["x"])
         columns |= {STRESSES[name]: values for name, values in stress.items()}
     for label, shape in zip(solution.labels, line["shape"], strict=True):
-        for name, values in zip(COMPONENTS, shape.T, strict=True):
+        components = COMPONENTS if shape.shape[1] == 2 else COMPONENTS_IN_SPACE
+        for name, values in zip(components, shape.T, strict=True):
             columns[f"{label} {name}"] = values.real
             if np.iscomplexobj(values):
                 columns[f"{label} {name}, imaginary"] = values.imag

@@ -16,6 +16,7 @@ from beamviz.solver.solution import (
     Solution,
     family_of,
     frequencies_of,
+    kinds_of,
     omega_squared_of,
     read_only,
 )
@@ -79,6 +80,16 @@ class Branch:
             None if math.isnan(share) else family_of(share)
             for share in self.bending_fraction.tolist()
         )
+
+    @cached_property
+    def kinds(self) -> tuple[str | None, ...]:
+        """The first letter of the label that the mode has by its own shares, per value: in one
+        plane B or S, or M of a mixed mode; in space F, L or S."""
+        if self.in_plane_fraction is None:
+            return tuple(None if name is None else name[0].upper() for name in self.family)
+        letters = kinds_of(self.bending_fraction.tolist(), self.in_plane_fraction.tolist())
+        pairs = zip(letters, self.mode_index.tolist(), strict=True)
+        return tuple(letter if index >= 0 else None for letter, index in pairs)
 
     def __repr__(self) -> str:
         present = int((self.mode_index >= 0).sum())

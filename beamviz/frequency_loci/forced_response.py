@@ -37,8 +37,18 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     """Complex amplitudes (len(x), 2) along and across the beam at x under the force at `frequency`:
     the displacement over the static deflection is the real part of amplitude exp(i frequency t).
     nan where a mode is unstable."""
+    check_one_plane(solution.problem.plane)
     static = static_deflection(solution.beam, solution.problem.plane)
     return displacement(solution, frequency, damping, x) / static
+
+
+def check_one_plane(plane: str) -> None:
+    """InvalidInput where the force would have no direction."""
+    if plane == "both":
+        raise InvalidInput(
+            "plane = 'both': the forced response is that to a force in one plane",
+            use={"plane": tuple(LOADS)},
+        )
 
 
 def displacement(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
@@ -117,6 +127,7 @@ def run_up(
     """
     per_rev = check_int("per_rev", per_rev, 1, MAX_PER_REV)
     damping = check_float("damping", damping, *DAMPING)
+    check_one_plane(str(options.get("plane", "chordwise")))
     if beam.root == 0:
         raise InvalidInput(
             "root = 0: a hinged beam has no static deflection to relate amplitudes to"

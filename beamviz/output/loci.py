@@ -22,13 +22,16 @@ MAX_ROWS = 21  # of the table of frequencies
 
 def loci_json(loci: Loci) -> str:
     """Sweep, branches, events and limits as JSON."""
-    keys = ("label", *QUANTITIES)
+    keys = ("label", *QUANTITIES, "in_plane_fraction")
     data: dict[str, Any] = {
         "beam": {name: x for name, x in loci.beam.record.items() if name != loci.over},
         "model": loci.problem.model,
         "over": loci.over,
         "values": loci.values,
-        "branches": [{key: getattr(branch, key) for key in keys} for branch in loci.branches],
+        "branches": [
+            {key: value for key in keys if (value := getattr(branch, key)) is not None}
+            for branch in loci.branches
+        ],
         "events": [event.record for event in loci.events],
         "limits": loci.limits,
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
@@ -64,7 +67,7 @@ def event_si(loci: Loci, event: Event) -> dict[str, float]:
 
 def loci_csv(loci: Loci) -> str:
     """One line for each value, every column a number: frequencies, growth rates of branches that
-    grow or decay, bending fractions."""
+    grow or decay, bending fractions, in space the fractions in the plane of rotation."""
     columns = {loci.over: loci.values, **si_values(loci)}
     columns |= {branch.label: branch.frequency for branch in loci.branches}
     if units := loci.units:
@@ -73,6 +76,11 @@ def loci_csv(loci: Loci) -> str:
     growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
     columns |= {f"{branch.label}_growth_rate": branch.growth_rate for branch in growing}
     columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}
+    columns |= {
+        f"{branch.label}_in_plane": branch.in_plane_fraction
+        for branch in loci.branches
+        if branch.in_plane_fraction is not None
+    }
     return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
@@ -145,17 +153,20 @@ def frequency_lines(loci: Loci) -> list[str]:
     lines = [f"Frequencies [1/T*]{thinned}", *table]
     if any(np.nan_to_num(branch.growth_rate[rows]).any() for branch in loci.branches):
         lines.append("+, -: growth rate [1/T*] of a mode that grows or decays")
-    if any(cell[-1] in "bsm" for cells in columns.values() for cell in cells):
-        lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
+    if any(cell[-1] in "bsmfl" for cells in columns.values() for cell in cells):
+        letters = "b, s, m: bending, stretching or mixed there"
+        if loci.problem.in_space:
+            letters = "f, l, s: mainly flap, lag or stretching there"
+        lines.append(f"{letters}, unlike the label")
     return lines
 
 
 def branch_cells(branch: Branch, rows: list[int]) -> Iterator[str]:
-    """Frequencies of a branch, significant decimals; a letter marks a family unlike the label's."""
+    """Frequencies of a branch, significant decimals; a letter marks a kind unlike the label's."""
     errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
     decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:
-        value, letter = branch.frequency[i], (branch.family[i] or "")[:1]
+        value, letter = branch.frequency[i], (branch.kinds[i] or "").lower()
         rate = branch.growth_rate[i]
         text = f"{value:.{decimals}f}" if math.isfinite(value) else "unstable"
         if rate:

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe for the colour-blind
+KINDS = {"F": ("flap", "#009E73"), "L": ("lag", "#0072B2"), "S": ("stretching", "#D55E00")}
 INK, FAINT = "#222222", "#8A8A8A"
 STRIPES = "#777777"  # of hatches
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
-LINES = (("stretching", "--"), ("bending", "-"))  # of mode shapes, by their larger component
+LINES = {"S": "--", "B": "-", "L": "-", "F": "-"}  # of mode shapes, by the kind of their label
 STYLE: Any = {
     "font.family": "DejaVu Sans",  # shipped with matplotlib: the same picture on every machine
     "font.size": 9,
@@ -111,22 +112,17 @@ def plot_shapes(
     x: NDArray,
     shapes: NDArray,
     labels: Sequence[str],
-    components: Sequence[int],
     frequencies: NDArray,
     axes: "Axes | None" = None,
     units: Units | None = None,
 ) -> "Axes":
-    """Draw mode shapes (modes, len(x)), their largest values scaled to 1; with frequencies in Hz
-    for a beam in SI.
-
-    components: the component of each that is drawn, 0 along the beam or 1 across it.
-    """
+    """Draw mode shapes (modes, len(x)), their largest values scaled to 1, in the colours of the
+    kinds that their labels name; with frequencies in Hz for a beam in SI."""
     axes = axes or current_axes()
-    for shape, label, component, frequency in zip(
-        shapes, labels, components, frequencies, strict=True
-    ):
-        (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
-        style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
+    for shape, label, frequency in zip(shapes, labels, frequencies, strict=True):
+        alpha = max(1.2 - 0.2 * int(label[1:]), 0.3)
+        colour = KINDS[label[0]][1] if label[0] in KINDS else COLOURS["bending"]
+        style: Any = {"color": colour, "ls": LINES[label[0]], "alpha": alpha}
         unit = display_unit("frequency", units)
         text = f"{unit.factor * frequency:.5g} {unit.unit}" if unit else f"ω = {frequency:.5g}"
         axes.plot(x, shape / abs(shape).max(), label=f"{label}  {text}", **style)

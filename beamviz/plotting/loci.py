@@ -7,15 +7,26 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
 from beamviz.frequency_loci.events import Event
 from beamviz.frequency_loci.limits import Limit
-from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
+from beamviz.plotting import (
+    CENTRED,
+    COLOURS,
+    FAINT,
+    INK,
+    KINDS,
+    STYLE,
+    axis_of,
+    current_axes,
+    new_figure,
+)
 from beamviz.plotting.labels import (
     HALO,
     OFFSET,
@@ -124,8 +135,8 @@ class Chart:
         values = self.loci.values
         for branch in branches:
             rate = self.y(branch.growth_rate) if self.loci.units is None else branch.growth_rate
-            shade = np.nanmean(branch.bending_fraction)
-            axes.plot(self.x(values), rate, color=FAMILIES(shade), **LINE)
+            colour = tuple(np.nanmean(colours_of(branch), axis=0))
+            axes.plot(self.x(values), rate, color=colour, **LINE)
             last = int(np.flatnonzero(np.isfinite(rate))[-1])
             text = f"{branch.label} {rate[last]:+.3g}".replace("-", "−")
             axes.annotate(text, (self.x(values[last]), rate[last]), (3, 0), **OFFSET, fontsize=8)
@@ -166,12 +177,14 @@ class Chart:
         y = np.concatenate((branch.frequency, heights))
         order = x.argsort(kind="stable")
         x, y = x[order], y[order]
-        fraction = np.interp(x, loci.values[known], branch.bending_fraction[known])
-        shade = np.round(fraction * SHADES).astype(int)
-        starts = np.flatnonzero(np.diff(shade, prepend=-1)).tolist()
+        shares = shares_of(branch)
+        shades = [np.interp(x, loci.values[known], share[known]) for share in shares.T]
+        shade = np.round(np.column_stack(shades) * SHADES)
+        changes = (np.diff(shade, axis=0, prepend=-1) != 0).any(axis=1)
+        starts = np.flatnonzero(changes).tolist()
         for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
             piece = slice(start, stop + 1)  # a point more, so that the colours join
-            colour = FAMILIES(shade[start] / SHADES)
+            colour = tuple(colours_of_shares(shade[start] / SHADES))
             axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, **{**LINE, **style})
 
     def draw_second(self, loci: Loci) -> None:
@@ -224,7 +237,7 @@ class Chart:
             (
                 self.y(branch.frequency[-1]),
                 self.last[branch.label],
-                FAMILIES(branch.bending_fraction[-1]),
+                tuple(colours_of(branch)[-1]),
                 "bold",
             )
             for branch in self.loci.branches
@@ -249,12 +262,38 @@ class Chart:
             if not len(present):
                 continue
             first, last = present[[0, -1]]
-            if last == len(branch.frequency) - 1 and branch.family[first] == branch.family[last]:
+            if last == len(branch.frequency) - 1 and branch.kinds[first] == branch.kinds[last]:
                 continue
             place = self.x(self.loci.values[first]), self.y(branch.frequency[first])
-            colour = FAMILIES(branch.bending_fraction[first])
+            colour = tuple(colours_of(branch)[first])
             name = self.first[branch.label] if first == 0 else branch.label
             self.axes.annotate(name, place, (4, 2), color=colour, **START)
+
+
+def shares_of(branch: Branch) -> NDArray:
+    """What the colour of a branch depends on: the share (values, 1) of its kinetic energy across
+    the beam, in space (values, 2) also that in the plane of rotation."""
+    shares = [branch.bending_fraction]
+    if branch.in_plane_fraction is not None:
+        shares.append(branch.in_plane_fraction)
+    return np.column_stack(shares)
+
+
+def colours_of_shares(shares: NDArray) -> NDArray:
+    """The colours (..., 3) of `shares_of` (..., 1 or 2): in space the mean of those of flap, lag
+    and stretching by share."""
+    bending = shares[..., 0]
+    if shares.shape[-1] == 1:
+        return np.asarray(FAMILIES(bending))[..., :3]
+    out_of_plane = 1 - shares[..., 1]
+    parts = {"F": out_of_plane, "L": bending - out_of_plane, "S": 1 - bending}
+    mixed = sum(share[..., None] * np.array(to_rgb(KINDS[k][1])) for k, share in parts.items())
+    return np.clip(mixed, 0.0, 1.0)
+
+
+def colours_of(branch: Branch) -> NDArray:
+    """The colours (values, 3) of a branch."""
+    return colours_of_shares(shares_of(branch))
 
 
 def _through(event: Event, label: str) -> list[float]:
@@ -277,9 +316,14 @@ def _mark(event: Event) -> dict[str, Any]:
 
 def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The styles of lines and marks, of those drawn, by their meaning."""
-    families = {name for branch in chart.loci.branches for name in branch.family}
-    shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}
-    colours = {name: FAMILIES(share) for name, share in shares.items() if name in families}
+    kinds_drawn = {kind for branch in chart.loci.branches for kind in branch.kinds}
+    if chart.loci.problem.in_space:
+        colours: dict[str, Any] = {
+            name: colour for kind, (name, colour) in KINDS.items() if kind in kinds_drawn
+        }
+    else:
+        shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}
+        colours = {n: FAMILIES(share) for n, share in shares.items() if n[0].upper() in kinds_drawn}
     lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
     at_points = {event.kind: event for event in chart.events if event.until is None}
     kinds = [event.kind for event in chart.events if event.until is None]

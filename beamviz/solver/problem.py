@@ -204,7 +204,8 @@ class Problem:
     @property
     def described(self) -> str:
         """The terms of the theory in words."""
-        parts = [f"{self.strain} strain", f"{self.curvature} curvature", self.plane]
+        plane = "both planes" if self.in_space else self.plane
+        parts = [f"{self.strain} strain", f"{self.curvature} curvature", plane]
         parts.append("with Coriolis" if self.gyroscopic else "without Coriolis")
         parts += ["without stiffening"] * (not self.stiffens)
         return ", ".join(parts + ["without softening"] * (not self.softening))

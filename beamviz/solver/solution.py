@@ -196,8 +196,7 @@ class Solution:
 
         x = np.linspace(0.0, 1.0, STATIONS)
         larger = self._larger_components(x).T
-        components, units = self.larger_component.tolist(), self.beam.units
-        return plot_shapes(x, larger, self.labels, components, self.frequencies, ax, units)
+        return plot_shapes(x, larger, self.labels, self.frequencies, ax, self.beam.units)
 
     def show(self, **options: Any) -> Any:
         """Open the live page of this beam with this model, and return its View; options: those of
