@@ -11,6 +11,7 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
 from beamviz.drawing.sizes import drawn_bodies, jumps
+from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import Solution
 
@@ -52,6 +53,11 @@ class SampledModes:
         cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
     ) -> Self:
         """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
+        if solution.problem.in_space:
+            raise InvalidInput(
+                "plane = 'both': the 3D scene shows one plane; solve, loci, sweep and the tables"
+                " and charts of these take both"
+            )
         x = stations(*fixed_places(solution.beam)) if x is None else x
         labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium

@@ -219,7 +219,9 @@ def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Bra
             index = rank[here, mode]
             inside = index < count
             rows, mode = here[inside], mode[inside]
-            index_of, s_of, bending_of, in_plane_of = columns.setdefault(part.labels[number], _absent(n))
+            index_of, s_of, bending_of, in_plane_of = columns.setdefault(
+                part.labels[number], _absent(n)
+            )
             index_of[rows] = index[inside]
             s_of[rows] = s[rows, mode]
             bending_of[rows] = bending[rows, mode]

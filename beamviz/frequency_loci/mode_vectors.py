@@ -116,8 +116,8 @@ def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Mod
 def mass_weighted(
     solutions: Sequence[Solution], squares: np.ndarray, count: int, beside: Sequence[Beam] = ()
 ) -> np.ndarray:
-    """u and w (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, times the roots of
-    weights and masses. beside: beams of another blade or with other bodies; the vectors have
+    """u and w (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, times the roots
+    of weights and masses. beside: beams of another blade or with other bodies; the vectors have
     components at their discontinuities, too, so that theirs, with these beams beside, match."""
     if beside:
         fields, masses = _fields_of_blades(solutions, count, beside)
@@ -136,8 +136,8 @@ def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
 
 
 def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, of arbitrary
-    phase, and rotations of bodies with inertia in place of displacements across the beam; weights,
+    """Displacements (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, of
+    arbitrary phase, and rotations of bodies with inertia in place of displacements across the beam; weights,
     masses and moments of inertia there (n, 1, 1, points)."""
     if not all(solution.beam.is_uniform for solution in solutions):
         return _fields_of_blades(solutions, count)
@@ -198,7 +198,9 @@ def _rotations_of_bodies(
         inertia = np.concatenate((moments[:, 2], moments[:, 1]))
     else:
         inertia = moments[:, 2 if problem.chordwise else 1]
-    rotations = np.zeros((*angles.shape[:2], 3 if problem.in_space else 2, len(inertia)), angles.dtype)
+    rotations = np.zeros(
+        (*angles.shape[:2], 3 if problem.in_space else 2, len(inertia)), angles.dtype
+    )
     rotations[:, :, -1] = angles[:, :, 0]
     return rotations, inertia
 

@@ -20,7 +20,7 @@ from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, frequencies_of, omega_squared_of, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
-# More of these in space, where those of both planes are as many again, and may cross before they do.
+# More of these in space, where there are as many again, which may cross before.
 MORE_IN_SPACE = 2
 
 

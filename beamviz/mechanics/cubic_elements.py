@@ -168,7 +168,9 @@ class CubicElements:
         xi, x, self.weights = quadrature(nodes, beam, AXIAL_DEGREE)  # weights (n, p)
         self.EI, self.EA = np.ones(1), np.ones(1)  # (n, p) of a blade
         self.in_space = theory.bending_property == "both"
-        self.EI_in_space = np.ones((3, 1))  # (3, n, p) in the plane of rotation, coupling, out of it
+        self.EI_in_space = np.ones(
+            (3, 1)
+        )  # (3, n, p) in the plane of rotation, coupling, out of it
         if beam.blade and self.in_space:
             turn = np.radians(beam.blade.at("twist", x))
             EI, flap = (beam.blade.at(name, x) for name in STIFFNESSES["both"])

@@ -156,8 +156,8 @@ def rows_with_root(trial: Trial, beams: BeamStack) -> NDArray:
 
 
 def curvature(trial: Trial, coefficients: NDArray) -> NDArray:
-    """kappa (..., c n, modes) of coefficients (..., unknowns, modes), and after it the angles at the
-    root where these are unknowns."""
+    """kappa (..., c n, modes) of coefficients (..., unknowns, modes), and after it the angles at
+    the root where these are unknowns."""
     r = trial.rows.shape[-1]
     kappa = trial.curvatures @ coefficients[..., :r, :]
     if coefficients.shape[-2] == r:

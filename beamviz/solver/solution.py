@@ -30,8 +30,8 @@ STATIONS = 201  # equally spaced along the beam, of shapes in charts and files
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
-# x -> displacements (len(x), 2, modes) along and across the beam, or (len(x), 3, modes) along it, in
-# the plane of rotation and out of it
+# x -> displacements (len(x), 2, modes) along and across the beam, or (len(x), 3, modes) along it,
+# in the plane of rotation and out of it
 Fields = Callable[[NDArray], NDArray]
 
 
@@ -235,8 +235,8 @@ class Solution:
     @property
     def along_beam(self) -> dict[str, NDArray]:
         """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
-        (n, 2), stretch, force, shear and moment (n,), shape (modes, n, 2 or 3); lengths in L, forces in
-        E I / L^2, unit modal mass."""
+        (n, 2), stretch, force, shear and moment (n,), shape (modes, n, 2 or 3); lengths in L,
+        forces in E I / L^2, unit modal mass."""
         bodies = [self.beam.beta, *(mass.beta for mass in self.beam.masses)]
         x = np.union1d(np.linspace(0.0, 1.0, STATIONS), bodies)
         loads = self.equilibrium.loads.at(x)
@@ -300,8 +300,8 @@ class Solution:
         Of unit modal mass. Across the beam is in the plane of rotation (chordwise) or normal to it
         (flapwise). With Coriolis forces complex: the displacement at phase p is the real part of
         shape * exp(i p). The larger component, by kinetic energy (across the beam where that has at
-        least half of it), is real and positive at the tip. Raises IndexError for a mode that was not solved
-        for, ValueError for x outside [0, 1].
+        least half of it), is real and positive at the tip. Raises IndexError for a mode that was
+        not solved for, ValueError for x outside [0, 1].
         """
         last = len(self.s) - 1
         if not 0 <= k <= last:
@@ -374,9 +374,7 @@ def kinds_of(shares: Iterable[float], in_plane: Iterable[float] | None = None) -
     return kinds
 
 
-def labels_of(
-    shares: Iterable[float], in_plane: Iterable[float] | None = None
-) -> tuple[str, ...]:
+def labels_of(shares: Iterable[float], in_plane: Iterable[float] | None = None) -> tuple[str, ...]:
     """The labels of the modes of a beam; see `kinds_of`."""
     letters = kinds_of(shares, in_plane)
     return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))

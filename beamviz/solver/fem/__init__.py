@@ -106,7 +106,9 @@ def _across(model: CubicElements, q: NDArray, tension: NDArray) -> NDArray:
         return _held(model, _dense(bending(model, q, model.EI, tension)), q[1])
     inside, coupling, outside = model.EI_in_space
     no_tension = np.zeros_like(tension)
-    Kv, Kw = (_held(model, _dense(bending(model, q, EI, tension)), q[1]) for EI in (inside, outside))
+    Kv, Kw = (
+        _held(model, _dense(bending(model, q, EI, tension)), q[1]) for EI in (inside, outside)
+    )
     Kvw = _dense(bending(model, q, coupling, no_tension))[-len(Kv) :, -len(Kv) :]
     return np.block([[Kv, Kvw], [Kvw.T, Kw]])
 

@@ -97,8 +97,8 @@ class ModeFields:
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
-    """Displacements (solutions, points, 2 or 3, modes) of solutions with equally many modes, each at its
-    own x (solutions, points); computed in stacks where the meshes have the same orders.
+    """Displacements (solutions, points, 2 or 3, modes) of solutions with equally many modes, each
+    at its own x (solutions, points); computed in stacks where the meshes have the same orders.
 
     The phase of each mode is arbitrary, unlike that of `Solution.displacement`.
     """
