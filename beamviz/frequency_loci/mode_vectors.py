@@ -137,8 +137,8 @@ def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
 
 def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (n, m, 1 + c, points) of all modes at Gauss points and at the bodies, of
-    arbitrary phase, and rotations of bodies with inertia in place of displacements across the beam; weights,
-    masses and moments of inertia there (n, 1, 1, points)."""
+    arbitrary phase, and rotations of bodies with inertia in place of displacements across the beam;
+    weights, masses and moments of inertia there (n, 1, 1, points)."""
     if not all(solution.beam.is_uniform for solution in solutions):
         return _fields_of_blades(solutions, count)
     x, w = gauss(count)

@@ -112,16 +112,15 @@ def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: P
     """
     _, properties, beams, law = axial
     n, c, rows = f.shape[-1], trial.components, rows_with_root(trial, beams)
-    stiffness = np.zeros((len(f), 2, c, n))
-    weights = trial.bending_weights.reshape(-1, c, n)
-    stiffness[:, 0] = weights * bending_stiffness(f, problem.curvature_power)[:, None]
+    stiffness = np.zeros((len(f), 2 * c * n))
+    powers = bending_stiffness(f, problem.curvature_power)
+    stiffness[:, : c * n] = trial.bending_weights * for_components(powers, c)
     if problem.stiffens:
         tension = beams.gamma**2 * (np.matvec(properties.G, f) + beams.delta * properties.g)
-        stiffness[:, 1] = (tension * f)[:, None]
-    stiffness = stiffness.reshape(len(f), -1)
+        stiffness[:, c * n :] = for_components(tension * f, c)
     K = rows.mT @ (stiffness[..., None] * rows)
     M, M_out = None, None
-    for component, in_plane in enumerate(problem.components_in_plane.tolist()):
+    for component, in_plane in enumerate(problem.components_in_plane):
         first = (c + component) * n
         across = f[..., None] * rows[..., first : first + n, :]  # w' = f theta
         mass = across.mT @ (properties.G @ across)
@@ -139,6 +138,11 @@ def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: P
     along = axial_stiffness(f, beams.mu, law)
     S = trial.stretch / np.sqrt(along)[..., None]
     return Matrices(K, M, S, stiffness, properties.axial * along, M_out)
+
+
+def for_components(values: NDArray, c: int) -> NDArray:
+    """Values (beams, n) at the points, the same for each of c components: (beams, c n)."""
+    return values if c == 1 else np.tile(values, c)
 
 
 def rows_with_root(trial: Trial, beams: BeamStack) -> NDArray:
@@ -239,7 +243,9 @@ def uncoupled_modes(
     across, along = modes.V
     omega_squared = modes.omega_squared
     # Without softening, which shifts omega^2; in space it does not shift that across the beam.
-    scale = abs(omega_squared + softening) + pencil.cancelled + COMPRESSED
+    scale = abs(omega_squared + softening) + COMPRESSED
+    if pencil.cancelled is not None:
+        scale += pencil.cancelled
     s = S @ along
     kappa = curvature(trial, across)
     tail = tail_energies(trial, matrices, across, s)

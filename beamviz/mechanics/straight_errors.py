@@ -39,11 +39,12 @@ def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray)
     known (`straight_residual`). A tension counts by its absolute value."""
     stiffness = np.vecmat(abs(matrices.stiffness), trial.tail_squares)[..., None]
     axial_stiffness = np.vecmat(matrices.axial_stiffness, trial.stretch_tail_squares)[..., None]
-    bending = stiffness * across[:, trial.highest_of_all[1]] ** 2
-    if trial.components > 1:  # functions of the same degree are neighbours
-        bending = bending.reshape(len(s), -1, trial.components, s.shape[-1]).sum(axis=2)
-    energies = np.empty((len(s), 2, *bending.shape[1:]))
-    energies[:, 0] = bending
+    energies = np.empty((len(s), 2, axial_stiffness.shape[-2], s.shape[-1]))
+    if trial.components == 1:
+        np.multiply(stiffness, across[:, trial.highest_of_all[1]] ** 2, out=energies[:, 0])
+    else:  # functions of the same degree are neighbours
+        bending = stiffness * across[:, trial.highest_of_all[1]] ** 2
+        bending.reshape(len(s), -1, 2, s.shape[-1]).sum(axis=2, out=energies[:, 0])
     np.multiply(axial_stiffness, (trial.stretch_tails @ s) ** 2, out=energies[:, 1])
     tails = trial.by_element(energies)
     return tails * ~trial.is_kinked if trial.has_kinks else tails

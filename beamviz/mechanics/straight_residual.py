@@ -44,7 +44,8 @@ def lacking_energies(
     moved, stretched = G[:, None] @ (f[:, None, :, None] * angle), G @ s
     of_bending, of_stretching = (square[:, None] for square in squares)
     load = axial.beams.gamma[..., None] ** 2  # (beams, 1, 1)
-    softening = load[:, None] * (problem.components_in_plane & problem.softening)[:, None, None]
+    softens = [in_plane and problem.softening for in_plane in problem.components_in_plane]
+    softening = load[:, None] * np.array(softens)[:, None, None]
     forces = (of_bending[:, None] + softening) * moved  # of inertia
     pull = (of_stretching + load * problem.softening) * stretched
     if coupling is not None:

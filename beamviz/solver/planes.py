@@ -25,7 +25,10 @@ Answer = Solution | BeamvizError
 def is_turned(beam: Beam) -> bool:
     """Whether a turned section couples bending in the plane of rotation and out of it."""
     blade = beam.blade
-    stations, twists = (0.0, 1.0), (0.0, 0.0)
+    if beam.pitch == 0 and beam.twist == 0 and (blade is None or blade.twist is None):
+        return False
+    stations: tuple[float, ...] = (0.0, 1.0)
+    twists: tuple[float, ...] = (0.0, 0.0)
     if blade is not None and blade.twist is not None:
         stations, twists = blade.x, blade.twist
     turns = {beam.pitch + beam.twist * x + twist for x, twist in zip(stations, twists, strict=True)}
@@ -89,7 +92,7 @@ def solve_both(
         in_space = [beam_in_plane(beams[k], "both") for k in coupled]
         answers |= dict(zip(coupled, solve(in_space, problem), strict=True))
     if others:
-        rows = []
+        rows: list[list[Answer]] = []
         for plane in ("chordwise", "flapwise"):
             of_plane = replace(problem, plane=plane, coriolis=problem.coriolis and not rows)
             rows.append(solve([beam_in_plane(beams[k], plane) for k in others], of_plane))

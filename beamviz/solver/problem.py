@@ -13,7 +13,6 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from beamviz.checks import check_choice, check_float, check_int
 from beamviz.errors import InvalidInput, unknown_keyword
@@ -232,9 +231,9 @@ class Problem:
         return self.plane == "both"
 
     @cached_property
-    def components_in_plane(self) -> NDArray:
-        """Of each component of bending (components,), whether it is in the plane of rotation."""
-        return np.array([True, False] if self.in_space else [self.chordwise])
+    def components_in_plane(self) -> tuple[bool, ...]:
+        """Of each component of bending, whether it is in the plane of rotation."""
+        return (True, False) if self.in_space else (self.chordwise,)
 
     @cached_property
     def theory(self) -> Theory:

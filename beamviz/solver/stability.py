@@ -69,11 +69,11 @@ def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
     return beams.gamma[..., None] ** 2 * (softens & problem.softening)
 
 
-def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | float:
-    """gamma^2 (beams, 2, 1) that K of bending in space is less by in the plane of rotation; 0.0 in
+def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | None:
+    """gamma^2 (beams, 2, 1) that K of bending in space is less by in the plane of rotation; None in
     one plane."""
     if not (problem.in_space and problem.softening):
-        return 0.0
+        return None
     return beams.gamma[..., None] ** 2 * np.array([[1.0], [0.0]])
 
 
@@ -107,4 +107,4 @@ def turns_freely(beams: BeamStack, problem: Problem) -> NDArray:
         True: (gamma == 0) | ((delta == 0) & problem.stiffens & problem.softening),
         False: (gamma == 0) | (not steady and not problem.in_space),
     }
-    return sum(free[in_plane].astype(int) for in_plane in problem.components_in_plane.tolist())
+    return sum(free[in_plane].astype(int) for in_plane in problem.components_in_plane)

@@ -159,7 +159,8 @@ def _curve(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDAr
 def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
     """Shapes from the coordinates that the clamp leaves free."""
     if len(free) > 2 * len(nodes):  # of both planes
-        return partial(_both, *(_shapes(nodes, part) for part in np.split(free, 2)))
+        in_plane, out_of_plane = (_shapes(nodes, part) for part in np.split(free, 2))
+        return partial(_both, in_plane, out_of_plane)
     clamped = np.zeros((2 * len(nodes) - len(free), free.shape[1]))
     return partial(interpolate, nodes, np.concatenate((clamped, free)))
 

@@ -60,7 +60,7 @@ def uncoupled_modes(pencil: Families, count: int) -> Modes:
     root = np.sqrt(abs(shifted))[..., None]
     b *= root[:, 0]
     a *= root[:, 1]
-    omega_squared, size = shifted - pencil.softening, shifted + pencil.cancelled
+    omega_squared, size = shifted - pencil.softening, shifted
     is_shifted = any(map(any, shifts))
     if is_shifted:
         # K and the shift cancel, and in the motion of a heavy mass the rotation about the root and
@@ -68,13 +68,15 @@ def uncoupled_modes(pencil: Families, count: int) -> Modes:
         by = np.array(shifts)[..., None]
         diagonal = np.linalg.diagonal(K)
         terms = np.vecdot((diagonal + by[:, 0] * np.linalg.diagonal(M))[:, None], b**2)
-        omega_squared, size = shifted - by - pencil.softening, shifted + pencil.cancelled
-        size[:, 0] += terms - shifted[:, 0]
+        omega_squared, size = shifted - by - pencil.softening, shifted.copy()
+        size[:, 0] = terms
         if pencil.definiteness == "semidefinite":
             lowest = b[:, 0]
             stored = np.vecdot(lowest, np.matvec(K, lowest))
             omega_squared[:, 0, 0] = stored - pencil.softening[:, 0, 0]
             size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
+    if pencil.cancelled is not None:
+        size = size + pencil.cancelled
     relative = shifted / shifted[..., :1]  # largest in the high modes
     rigid = None
     if pencil.rigid is not None and pencil.rigid.any():
@@ -137,7 +139,7 @@ def coupled_modes(pencil: Families, count: int) -> Modes:
             size = size + np.vecmat(abs(np.linalg.diagonal(k)), abs(shape) ** 2)
     pairing = (squares + abs(modes.stored)) / np.maximum(np.sqrt(squares), TINY)
     rigid = None
-    if singular:
+    if pencil.rigid is not None and singular:
         order = squares.argsort(axis=-1).argsort(axis=-1)
         rigid = order < pencil.rigid[:, None]
         omega_squared[rigid] = 0.0

@@ -47,7 +47,7 @@ class Families(NamedTuple):
     # (beams,) number of the lowest modes that are rigid motions that nothing holds: s = 0
     rigid: NDArray | None = None
     # (beams, 2, 1) what K of a family is already less by, in units of M: its digits cancel
-    cancelled: NDArray | float = 0.0
+    cancelled: NDArray | None = None
     # Of frequencies, relative: where rounding errors are above a tenth of it, a slower and more
     # accurate algorithm is used.
     tolerance: float = 1e-7
