@@ -199,6 +199,26 @@ class Beam:
         return one_section and not self.masses and self.root == math.inf
 
     @property
+    def is_turned(self) -> bool:
+        """Whether a turned section couples bending in the plane of rotation and out of it: one that
+        does not bend as easily in every direction, or carries a body that does not turn so."""
+        blade = self.blade
+        if self.pitch == 0 and self.twist == 0 and (blade is None or blade.twist is None):
+            return False
+        stations: tuple[float, ...] = (0.0, 1.0)
+        twists: tuple[float, ...] = (0.0, 0.0)
+        if blade is not None:
+            stations, twists = blade.x, blade.twist or (0.0,) * len(blade.x)
+        pairs = zip(stations, twists, strict=True)
+        turns = {self.pitch + self.twist * x + twist for x, twist in pairs}
+        if len(turns) == 1 and turns.pop() % 180 == 0:
+            return False
+        differ = self.flap != 1
+        if blade is not None:
+            differ = blade.flap is not None and blade.flap != blade.bending
+        return differ or any(Jy != Jz for _, Jy, Jz in (mass.inertia for mass in self.masses))
+
+    @property
     def bodies(self) -> tuple[Mass, ...]:
         """All bodies on the beam: the concentrated mass and `masses`, from the root outward."""
         first = (Mass(self.alpha, self.beta),) if self.alpha else ()

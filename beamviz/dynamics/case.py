@@ -17,7 +17,6 @@ from beamviz.dynamics.drives import Hub, Ramp, Samples, drive_of
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
-from beamviz.solver.planes import is_turned
 from beamviz.solver.problem import Problem
 
 METHODS = {
@@ -88,7 +87,7 @@ class Case:
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
             )
-        if is_turned(self.beam):
+        if self.beam.is_turned:
             raise InvalidInput(
                 f"pitch = {self.beam.pitch:g}, twist = {self.beam.twist:g}: a turned section leaves"
                 " the plane of rotation, in which a motion in time is"

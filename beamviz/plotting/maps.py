@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
 
-from beamviz.beam import NUMBERS
+from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
@@ -161,12 +161,18 @@ def name_regions(ax: Axes, x: np.ndarray, y: np.ndarray, shown: Quantity) -> Non
         placer.annotate(name, x[column], y[row], inside=True, **style)
 
 
+def is_given(held: Mapping[str, Any], name: str) -> bool:
+    """Whether a number has another value than that by default."""
+    default = getattr(Beam, name)
+    return bool(held.get(name, default) != default)
+
+
 def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
     """The quantity shown, the numbers held fixed, and the model."""
     numbers = ", ".join(
         f"{number.symbol} = {held[name]:.5g}"
         for name, number in NUMBERS.items()
-        if name not in over and (name != "spin_up" or held[name])
+        if name not in over and (name in PARAMETERS or is_given(held, name))
     )
     head = f"{what.capitalize()} at {numbers}".replace("-", "−")
     return f"{head}\n{Problem(**options_in(held)).described}"

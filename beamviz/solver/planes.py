@@ -22,28 +22,9 @@ from beamviz.solver.solution import Solution, Stats, read_only
 Answer = Solution | BeamvizError
 
 
-def is_turned(beam: Beam) -> bool:
-    """Whether a turned section couples bending in the plane of rotation and out of it."""
-    blade = beam.blade
-    if beam.pitch == 0 and beam.twist == 0 and (blade is None or blade.twist is None):
-        return False
-    stations: tuple[float, ...] = (0.0, 1.0)
-    twists: tuple[float, ...] = (0.0, 0.0)
-    if blade is not None and blade.twist is not None:
-        stations, twists = blade.x, blade.twist
-    turns = {beam.pitch + beam.twist * x + twist for x, twist in zip(stations, twists, strict=True)}
-    if len(turns) == 1 and turns.pop() % 180 == 0:
-        return False
-    if blade is None:
-        differ = beam.flap != 1
-    else:
-        differ = blade.flap is not None and blade.flap != blade.bending
-    return differ or any(Jy != Jz for _, Jy, Jz in (mass.inertia for mass in beam.masses))
-
-
 def check_plane(beam: Beam, plane: str) -> None:
     """InvalidInput for a turned section in a single plane."""
-    if plane == "both" or not is_turned(beam):
+    if plane == "both" or not beam.is_turned:
         return
     numbers = {name: getattr(beam, name) for name in ("pitch", "twist")}
     given = ", ".join(f"{name} = {value:g}" for name, value in numbers.items() if value)
@@ -86,7 +67,7 @@ def solve_both(
     """The solutions of beams that bend in both planes, or their errors. solve: solves for beams of
     the mechanics; those whose planes do not couple, in each plane."""
     answers: dict[int, Answer] = {}
-    coupled = [k for k, beam in enumerate(beams) if is_turned(beam)]
+    coupled = [k for k, beam in enumerate(beams) if beam.is_turned]
     others = [k for k in range(len(beams)) if k not in set(coupled)]
     if coupled:
         in_space = [beam_in_plane(beams[k], "both") for k in coupled]
