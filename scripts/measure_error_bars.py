@@ -8,7 +8,8 @@ oracle takes about half a second a beam, and its answers are kept in a file:
 
 With --bent the beams are bent ones (tests/oracle/error_bars.py), the files are
 error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew. With
---blades they are blades with dips and jumps, straight or bent, and the names end in _blades.
+--blades they are blades with dips and jumps, straight or bent, and the names end in _blades. With
+--space they are beams and blades that bend in both planes at once, and the names end in _space.
 """
 
 import json
@@ -54,20 +55,24 @@ def main() -> None:
     parser.add_argument("--beams", type=_script.count, default=5000)
     parser.add_argument("--bent", action="store_true")
     parser.add_argument("--blades", action="store_true")
+    parser.add_argument("--space", action="store_true")
     parser.add_argument("--truths", type=Path)
     parser.add_argument("--out", type=Path, default=_script.ROOT / "assets")
     given = parser.parse_args()
-    name = "error_bars" + "_bent" * given.bent + "_blades" * given.blades
+    if given.space and (given.bent or given.blades):
+        parser.error("--space: the beams are straight, blades among them")
+    name = "error_bars" + "_bent" * given.bent + "_blades" * given.blades + "_space" * given.space
     file = given.truths or Path(tempfile.gettempdir()) / f"beamviz-{name}.jsonl"
     if given.bent:
         scene = oracle.random_bent_dip_scene if given.blades else oracle.random_bent_scene
         rows = kept_rows(given.beams, file, partial(bent_row, scene))
     else:
         scene = oracle.random_dip_scene if given.blades else oracle.random_scene
+        scene = oracle.random_space_scene if given.space else scene
         answers = kept_rows(given.beams, file, partial(straight_answer, scene))
         rows = [straight_row(scene, answer) for answer in answers]
     counted = summary(rows, SLOW_BENT if given.bent else SLOW)
-    text = page(counted, given.bent, given.blades)
+    text = page(counted, given.bent, given.blades, given.space)
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / f"{name}.json").write_text(json.dumps(counted, indent=1) + "\n")
     (given.out / f"{name}.md").write_text(text)
@@ -175,7 +180,9 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def page(counted: dict[str, Any], bent: bool = False, blades: bool = False) -> str:
+def page(
+    counted: dict[str, Any], bent: bool = False, blades: bool = False, space: bool = False
+) -> str:
     """The summary for people, in Markdown."""
     beams, seconds, slow = counted["beams"], counted["seconds"], 1000 * counted["seconds"]["slow"]
     title, option, drawn = "# Honest error bars", "", "beams over everything that is accepted"
@@ -185,6 +192,9 @@ def page(counted: dict[str, Any], bent: bool = False, blades: bool = False) -> s
     if blades:
         title, option = f"{title}: blades", f"{option} --blades"
         drawn = f"{'bent' if bent else 'straight'} blades with dips and jumps"
+    if space:
+        title, option = f"{title} in both planes", f"{option} --space"
+        drawn = "straight beams and blades with a pitch and a twist that bend in both planes"
     counts = ("", "beams", "all errors within bars", "frequencies", "within", "bar / error, median")
     groups = []
     for name, share in counted["groups"].items():

@@ -85,8 +85,8 @@ def properties_on(mesh: Mesh, beams: BeamStack) -> Properties:
     return properties_of(mesh, beams.alpha, beams.beta, beams.blade)
 
 
-# 7 % of a solve where only other numbers of the beam change.
-@lru_cache(maxsize=1)
+# 7 % of a solve where only other numbers of the beam change; two as it may bend in both planes.
+@lru_cache(maxsize=2)
 def shared_properties(
     mesh: Mesh, alpha: tuple[float, ...], beta: tuple[float, ...], blade: Blade | None
 ) -> Properties:

@@ -36,16 +36,21 @@ def check_plane(beam: Beam, plane: str) -> None:
 
 
 def beam_in_plane(beam: Beam, plane: str) -> Beam:
-    """The beam of the mechanics, whose section is that of a blade wherever it is not the same in
-    every direction: without flap, pitch and twist of its own."""
-    if beam.flap == 1 and beam.pitch == 0 and beam.twist == 0 and plane != "both":
-        return beam
-    blade = beam.blade
+    """The beam of the mechanics, which know flap, pitch and twist as properties of a blade: with
+    the blade that has those of them that count in a plane."""
     if plane == "both":
-        blade = section(blade, beam.flap, beam.pitch, beam.twist)
-    elif plane == "flapwise" and beam.flap != 1:
-        blade = section(None, beam.flap, 0.0, 0.0)
-    return beam.replace(blade=blade, flap=1.0, pitch=0.0, twist=0.0)
+        blade = section(beam.blade, beam.flap, beam.pitch, beam.twist)
+        return beam.replace(blade=blade, flap=1.0, pitch=0.0, twist=0.0)
+    if plane == "flapwise" and beam.flap != 1:
+        return beam.replace(blade=section(None, beam.flap, 0.0, 0.0), flap=1.0)
+    return beam
+
+
+@lru_cache(maxsize=64)
+def problems_of_planes(problem: Problem) -> tuple[Problem, Problem]:
+    """The problems in the plane of rotation and out of it of one in both."""
+    chordwise = replace(problem, plane="chordwise")
+    return chordwise, replace(problem, plane="flapwise", coriolis=False)
 
 
 @lru_cache(maxsize=256)
@@ -74,9 +79,9 @@ def solve_both(
         answers |= dict(zip(coupled, solve(in_space, problem), strict=True))
     if others:
         rows: list[list[Answer]] = []
-        for plane in ("chordwise", "flapwise"):
-            of_plane = replace(problem, plane=plane, coriolis=problem.coriolis and not rows)
-            rows.append(solve([beam_in_plane(beams[k], plane) for k in others], of_plane))
+        for of_plane in problems_of_planes(problem):
+            sections = [beam_in_plane(beams[k], of_plane.plane) for k in others]
+            rows.append(solve(sections, of_plane))
         for k, chordwise, flapwise in zip(others, *rows, strict=True):
             answers[k] = joined(chordwise, flapwise, problem)
     return [answers[k] for k in range(len(beams))]

@@ -70,6 +70,7 @@ def test_a_limit_is_held_against_the_oracle():
     ("name", "beams", "compared", "share", "kinds"),
     [
         ("error_bars", 2500, 0, "frequencies within", {"outside", "wrong-family"}),
+        ("error_bars_space", 500, 400, "beams within", set()),
         ("error_bars_bent", 1000, 1000, "beams within", {"outside"}),
     ],
 )
@@ -80,7 +81,8 @@ def test_the_committed_measurement(name, beams, compared, share, kinds):
     assert measured["beams"] >= beams
     assert every["beams"] >= compared
     assert every[share] >= 0.999
-    assert every["median reported / true"] <= 1000
+    # In space the first mesh resolves as many modes as are asked for in either plane.
+    assert every["median reported / true"] <= (1e5 if name.endswith("space") else 1000)
     assert set(measured["kinds"]) <= {*SCRIPT.GOOD, "not-converged", *kinds}
 
 
