@@ -51,6 +51,10 @@ PROCESSES_HELP = (
     " else 1; with --follow, and on other systems than Linux, 1)."
 )
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
+MARGINS_HELP = (
+    "Table of the margins to the --per-rev lines at the speed --gamma to write besides the output,"
+    " as CSV."
+)
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
 EXPORT_HELP = (
     "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
@@ -120,6 +124,7 @@ def loci(
         Path | None, option("Chart to write besides the output.", metavar="FILE.png|svg|pdf")
     ] = None,
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
+    margins: Annotated[Path | None, option(MARGINS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
@@ -129,12 +134,14 @@ def loci(
     --sweep takes the beam, the values and the model from a line of a store.
     """
     from beamviz.frequency_loci import MAX_PER_REV, loci
-    from beamviz.output.loci import LOCI_FORMATS, events_csv
+    from beamviz.output.loci import LOCI_FORMATS, events_csv, margins_csv
 
-    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "events", "per_rev"])
-    if events:
-        check_suffix(events, [".csv"])
-        check_writable(events)
+    others = ["over", "format", "plot", "events", "margins", "per_rev"]
+    check_store_options(context, sweep, ["at"], others)
+    for path in (events, margins):
+        if path:
+            check_suffix(path, [".csv"])
+            check_writable(path)
     if plot:
         from beamviz.plotting import SUFFIXES, save_figure
         from beamviz.plotting.loci import draw_chart
@@ -152,17 +159,19 @@ def loci(
         if missing:
             raise InvalidInput(f"Missing option '--{missing[0]}'.")
         values = sweep_values("--", over, beam.units, start, stop, points)
-        note_unused(beam, [over])
+        if not per_rev:
+            note_unused(beam, [over])
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
     tracked = loci(beam, over, values, modes, per_rev, **options)
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
-    if events:
-        with replaced(events) as part:
-            part.write_text(events_csv(tracked), encoding="utf-8")
-    elif format == "csv" and tracked.events:
+    for path, text in ((events, events_csv), (margins, margins_csv)):
+        if path:
+            with replaced(path) as part:
+                part.write_text(text(tracked), encoding="utf-8")
+    if format == "csv" and tracked.events and not events:
         count = plural(len(tracked.events), "event")
         print(f"beamviz: {count} found; --events FILE.csv writes a table of them", file=sys.stderr)
     print(LOCI_FORMATS[format](tracked).rstrip("\n"))

@@ -25,6 +25,7 @@ from beamviz.frequency_loci.limits import (
     limits_of,
     stability_changes,
 )
+from beamviz.frequency_loci.margins import Margin, margins_at
 from beamviz.frequency_loci.path import Path, check_values, first_error
 from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
 from beamviz.solver import parse_keywords
@@ -50,6 +51,7 @@ class Loci:
     solves: int  # number of values solved
     seconds: float
     tracked: Tracked  # the loci on the chart's own grid, in which the events were located
+    margins: tuple[Margin, ...] = ()  # to per-rev lines at the speed of the beam, by frequency
 
     def __getitem__(self, label: str) -> Branch:
         """The branch with this label; KeyError lists the labels."""
@@ -85,6 +87,13 @@ class Loci:
 
         return dataframe(EVENT_COLUMNS, [event.record for event in self.events])
 
+    def margins_dataframe(self) -> Any:
+        """The margins as rows of a pandas.DataFrame."""
+        from beamviz.tables import dataframe
+
+        columns = (*Margin._fields, "nearest")
+        return dataframe(columns, [margin.record for margin in self.margins])
+
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
@@ -119,14 +128,16 @@ def loci(
 ) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
-    over: "alpha", "beta", "gamma", "delta", "mu" or "spin_up", whose value in `beam` is not used.
+    over: "alpha", "beta", "gamma", "delta", "mu", "spin_up", "flap", "pitch" or "twist", whose value
+    in `beam` is not used.
     For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
     "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
     events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam
-    does flapwise, has one from `at` to `until`. options: as for solve(). Ranges without a stable
-    equilibrium are reported in `limits`.
+    does flapwise, has one from `at` to `until`; the speed of `beam` is then the operating speed, at
+    which `margins` has the distances of the modes to these lines. options: as for solve(). Ranges
+    without a stable equilibrium are reported in `limits`.
     Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()
@@ -151,6 +162,7 @@ def loci(
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
         part.track.release_vectors()
+    margins = margins_at(path, parts, per_rev, events)
     solves = len(path.outcomes)
     path.outcomes.clear()  # the branches keep those at `values`
     return Loci(
@@ -164,6 +176,7 @@ def loci(
         solves=solves,
         seconds=time.perf_counter() - began,
         tracked=tracked,
+        margins=margins,
     )
 
 

@@ -34,6 +34,7 @@ def loci_json(loci: Loci) -> str:
         ],
         "events": [event.record for event in loci.events],
         "limits": loci.limits,
+        **({"margins": [margin.record for margin in loci.margins]} if loci.margins else {}),
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
     if units := loci.units:
@@ -118,7 +119,8 @@ def loci_table(loci: Loci) -> str:
     """The sweep, its frequencies and its events, to be read in a terminal."""
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
     limits = [limit.message for limit in loci.limits]
-    parts = [heading(loci), frequency_lines(loci), event_lines(loci), limits, [footer]]
+    parts = [heading(loci), frequency_lines(loci), event_lines(loci), limits]
+    parts += [margin_lines(loci), [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 
@@ -184,12 +186,57 @@ def event_lines(loci: Loci) -> list[str]:
         for event in events
         if event.until is not None
     ]
-    if not any(event.kind in ("crossing", "veering") for event in events):
+    on_a_line = any(event.until is not None for event in events)
+    if not on_a_line and not any(event.kind in ("crossing", "veering") for event in events):
         lines.append("No crossing or veering in this range.")
     if per_rev and not any(event.per_rev for event in events):
         multiples = "1x" if per_rev == 1 else f"1x .. {per_rev}x"
         lines.append(f"No resonance with {multiples} in this range.")
     return lines
+
+
+def margin_lines(loci: Loci) -> list[str]:
+    """The table of the margins to per-rev lines at the operating speed; nothing without any."""
+    margins = loci.margins
+    if not margins:
+        return []
+    speed, units = margins[0].speed, loci.units
+    rpm = f", {units.rpm(speed):.7g} rpm" if units else ""
+    columns: dict[str, list[str]] = {
+        "label": [margin.label for margin in margins],
+        "frequency [1/T*]": [f"{margin.frequency:.5f}" for margin in margins],
+    }
+    if units:
+        columns["[Hz]"] = [f"{units.hertz(margin.frequency):.5g}" for margin in margins]
+    columns["Southwell"] = [
+        "-" if margin.southwell is None else f"{margin.southwell:.4f}" for margin in margins
+    ]
+    for k in range(len(margins[0].percent)):
+        columns[f"{k + 1}x"] = [
+            "on it" if k + 1 in margin.on_lines else f"{margin.percent[k]:+.1f} %"
+            for margin in margins
+        ]
+    heading = f"Margins to per-rev lines at the operating speed, gamma = {speed:.7g}{rpm}"
+    return [heading, *aligned_table(columns)]
+
+
+def margins_csv(loci: Loci) -> str:
+    """One line for each mode at the operating speed: its frequency, its Southwell coefficient and
+    its margins [%] to the per-rev lines, also without any a heading."""
+    count = loci.tracked.per_rev
+    lines = [f"margin_{k}x" for k in range(1, count + 1)]
+    columns = ["label", "index", "speed", "frequency", "southwell", *lines, "nearest", "on_lines"]
+    if loci.units:
+        columns += ["rpm", "hertz"]
+    rows = []
+    for margin in loci.margins:
+        record = margin.record
+        row = [record[name] for name in columns[:5]]
+        row += [*margin.percent, margin.nearest, " ".join(map(str, margin.on_lines))]
+        if units := loci.units:
+            row += [float(units.rpm(margin.speed)), float(units.hertz(margin.frequency))]
+        rows.append(row)
+    return csv_text(columns, rows)
 
 
 LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}

@@ -49,7 +49,7 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
         estimate_errors=partial(_errors, modes),
         in_plane_fraction=modes.in_plane_fraction,
     )
-    unknowns = sum(orders) + sum(axial_orders)
+    unknowns = len(problem.components_in_plane) * sum(orders) + sum(axial_orders)
     stats = Stats(unknowns, "hp", len(orders), max(orders))
     return build_solution(beam, problem, state, vibration, stats)
 
