@@ -101,8 +101,8 @@ def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Mod
         none = np.empty((0, 0))
         return ModeVectors(at, none, at, np.empty((0, 0, 2, 0)), _mass_product)
     squares = np.array([solution.omega_squared for solution in solutions])
-    gyroscopic = solutions[0].problem.gyroscopic
-    gamma = np.array([solution.beam.gamma if gyroscopic else 0.0 for solution in solutions])
+    factor = solutions[0].problem.coriolis_factor
+    gamma = np.array([factor * solution.beam.gamma for solution in solutions])
     fields, masses = _fields(solutions, count)
     fields *= np.sqrt(masses)
     if solutions[0].problem.state != "straight":

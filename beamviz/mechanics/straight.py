@@ -309,7 +309,7 @@ def gyroscopic_modes(
         across=Family(matrices.K, matrices.M, Fb),
         along=Family(None, F=Fa),
         softening=softening_of_families(beams, problem),
-        gamma=gamma,
+        gamma=problem.coriolis_factor * gamma,
         rigid=turns_freely(beams, problem) if beams.root == 0 else None,
         tolerance=problem.tolerance,
     )
@@ -324,7 +324,8 @@ def gyroscopic_modes(
     share = 2 * np.sqrt(squares) / np.maximum(modes.pairing, TINY)
     tail = tail_energies(trial, matrices, across, S @ along)
     if trial.has_kinks:
-        coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
+        factor = 2 * problem.coriolis_factor
+        coupling = factor * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
         shapes, both = (kappa, s), (omega_squared, omega_squared)
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, both, coupling, problem)
         omega_squared = omega_squared - share * lack.sum(axis=(1, 3))

@@ -186,8 +186,7 @@ def event_lines(loci: Loci) -> list[str]:
         for event in events
         if event.until is not None
     ]
-    on_a_line = any(event.until is not None for event in events)
-    if not on_a_line and not any(event.kind in ("crossing", "veering") for event in events):
+    if not any(event.kind in ("crossing", "veering") for event in events):
         lines.append("No crossing or veering in this range.")
     if per_rev and not any(event.per_rev for event in events):
         multiples = "1x" if per_rev == 1 else f"1x .. {per_rev}x"

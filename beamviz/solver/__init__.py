@@ -38,7 +38,7 @@ def solve(
     method: str = Problem.method,
     strain: str = Problem.strain,
     curvature: str = Problem.curvature,
-    coriolis: bool = Problem.coriolis,
+    coriolis: bool | float = Problem.coriolis,
     plane: str = Problem.plane,
     tolerance: float = Problem.tolerance,
     elements: int | None = Problem.elements,

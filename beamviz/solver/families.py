@@ -103,7 +103,9 @@ def modes_of_matrices(
         across=pencils.Family(Kb, Fb.mT @ Fb, Fb),
         along=pencils.Family(Ka, Fa.mT @ Fa, Fa),
         softening=softening_of_families(beams, problem),
-        gamma=beams.gamma[..., None] if problem.gyroscopic and beam.gamma else None,
+        gamma=problem.coriolis_factor * beams.gamma[..., None]
+        if problem.gyroscopic and beam.gamma
+        else None,
         definiteness=definiteness_of_bending(beams, problem),
         rigid=turns_freely(beams, problem),
         cancelled=cancelled_softening(beams, problem),

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from beamviz.checks import check_choice, check_float, check_int
+from beamviz.checks import check_choice, check_float, check_int, is_number
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw, Theory
 
@@ -147,6 +147,7 @@ class Problem:
         "Coriolis forces, which the paper leaves out. They couple stretching and chordwise"
         " bending, and do not act out of the plane of rotation.",
         feature="Coriolis forces",
+        partial=True,
     )
     plane: str = option(
         "chordwise",
@@ -205,7 +206,8 @@ class Problem:
         """The terms of the theory in words."""
         plane = "both planes" if self.in_space else self.plane
         parts = [f"{self.strain} strain", f"{self.curvature} curvature", plane]
-        parts.append("with Coriolis" if self.gyroscopic else "without Coriolis")
+        share = "" if self.coriolis_factor in (0, 1) else f"{self.coriolis_factor:g} of "
+        parts.append(f"with {share}Coriolis" if self.gyroscopic else "without Coriolis")
         parts += ["without stiffening"] * (not self.stiffens)
         return ", ".join(parts + ["without softening"] * (not self.softening))
 
@@ -249,7 +251,13 @@ class Problem:
     @cached_property
     def gyroscopic(self) -> bool:
         """Whether Coriolis forces couple stretching and bending."""
-        return self.coriolis and self.plane != "flapwise"
+        return bool(self.coriolis) and self.plane != "flapwise"
+
+    @cached_property
+    def coriolis_factor(self) -> float:
+        """The factor of the Coriolis forces: 0 without, 1 with them, or in between in a thought
+        experiment."""
+        return float(self.coriolis) if self.gyroscopic else 0.0
 
     @cached_property
     def stiffens(self) -> bool:
@@ -292,7 +300,8 @@ class Option:
 
     kind: type of its values. text: documentation. choices: the values of a text. limits: least and
     greatest number. feature: of methods, what the option asks for; some methods do not support it.
-    resolution: whether it refines the solution, and is no part of the model.
+    resolution: whether it refines the solution, and is no part of the model. partial: of one that
+    is on or off, whether it may be a factor between 0 and 1, too.
     """
 
     name: str
@@ -303,6 +312,7 @@ class Option:
     limits: tuple[float, float] | None = None
     feature: str = ""
     resolution: bool = False
+    partial: bool = False
 
     @property
     def documentation(self) -> str:
@@ -323,6 +333,9 @@ class Option:
         """The value in the type of Python. Raises InvalidInput, which names the values allowed."""
         if self.choices:
             return check_choice(self.name, value, self.choices)
+        if self.partial and is_number(value):
+            factor = check_float(self.name, value, 0.0, 1.0)
+            return factor if 0 < factor < 1 else bool(factor)
         if self.kind is bool:
             if not isinstance(value, bool | np.bool_):
                 raise InvalidInput(f"{self.name} = {value!r}: must be True or False")
@@ -345,7 +358,10 @@ def options_in(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """The options in the attributes of a dataset, which hold no None and 0 or 1 for a truth
     value."""
     given = {name: attributes.get(name) for name in OPTIONS}
-    return {name: bool(v) if OPTIONS[name].kind is bool else v for name, v in given.items()}
+    return {
+        name: bool(value) if OPTIONS[name].kind is bool and value in (0, 1, None) else value
+        for name, value in given.items()
+    }
 
 
 def parse_keywords(**values: Any) -> Problem:

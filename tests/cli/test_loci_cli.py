@@ -290,3 +290,30 @@ def test_an_option_without_effect_is_noted(run):
     code, out, err = run(*line, "--gamma", "5")
     assert (code, out) == (0, run(*line)[1])
     assert err.startswith(f"beamviz: {note} varies it\n")
+
+
+def test_margins_at_the_operating_speed(run, tmp_path):
+    """Of each mode to each per-rev line in percent, with its Southwell coefficient, in the table,
+    JSON and CSV: of a hinged flap mode, which lies on the line 1x, too."""
+    file = tmp_path / "margins.csv"
+    line = ["loci", "--over", "gamma", "--start", "0", "--stop", "10", "--points", "3"]
+    line += ["--plane", "flapwise", "--gamma", "5", "--per-rev", "2"]
+    code, table, err = run(*line, "--margins", str(file))
+    assert (code, err) == (0, "")
+    assert "Margins to per-rev lines at the operating speed, gamma = 5" in table
+    records = strict(run(*line, "--format", "json")[1])["margins"]
+    rest, spinning = (solve(Beam(gamma=gamma), plane="flapwise") for gamma in (0, 5))
+    for k, record in enumerate(records):
+        frequency = spinning.frequencies[k]
+        assert record["frequency"] == pytest.approx(frequency, rel=1e-6)
+        assert record["percent"] == pytest.approx([20 * frequency - 100, 10 * frequency - 100])
+        growth = (spinning.omega_squared[k] - rest.omega_squared[k]) / 25
+        assert record["southwell"] == pytest.approx(growth, rel=1e-4)
+    rows = pandas.read_csv(file)
+    assert rows["margin_2x"].tolist() == [record["percent"][1] for record in records]
+    hinged = tmp_path / "hinged.toml"
+    hinged.write_text(HINGED)
+    line = ["loci", "--si", str(hinged), "--plane", "both", "--over", "rad/s", "--per-rev", "2"]
+    text = run(*line, "--start", "0", "--stop", "40", "--points", "5", "--margins", str(file))[1]
+    assert re.search(r"F1 .* on it", text)
+    assert pandas.read_csv(file)["on_lines"].tolist()[1] == 1

@@ -10,7 +10,7 @@ import pytest
 from beamviz import Beam, loci, solve
 from beamviz.errors import InvalidInput
 from beamviz.solver import solve_many
-from beamviz.solver.problem import METHODS, OPTIONS, parse_keywords
+from beamviz.solver.problem import METHODS, OPTIONS, Problem, parse_keywords
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
 SWITCHED = Beam(alpha=1, beta=0.5, gamma=10, delta=0.5)
@@ -85,7 +85,8 @@ def test_the_keywords_of_solve_are_the_options():
     """In their order, with their types and defaults; help() documents each."""
     keywords = list(inspect.signature(solve).parameters.values())[1:-1]
     shown = [(one.name, one.annotation, one.default) for one in keywords]
-    assert shown == [(one.name, one.kind, one.default) for one in OPTIONS.values()]
+    kinds = {name: one.kind | float if one.partial else one.kind for name, one in OPTIONS.items()}
+    assert shown == [(one.name, kinds[one.name], one.default) for one in OPTIONS.values()]
     for function in (solve, solve_many):
         lines = inspect.getdoc(function).splitlines()
         assert [one.name for one in OPTIONS.values() if one.documentation not in lines] == []
@@ -100,6 +101,8 @@ def test_the_declared_values_of_an_option_are_those_accepted(name):
         values, beyond = list(option.limits), [option.limits[0] / 2, option.limits[1] * 2]
     elif option.kind is bool:
         values, beyond = [False, True], [0, 1, "yes"]
+        if option.partial:
+            values, beyond = [False, True, 0, 0.3, 1], [-0.1, 1.1, "yes"]
     for value in values:
         assert getattr(parse_keywords(**{name: value}), name) == value
     for value in beyond:
@@ -160,3 +163,20 @@ def test_coriolis_forces_with_and_without_softening(softening):
     expected = np.sort(np.linalg.eigvals(A).imag)[n : n + 3]
     coupled = solve(SWITCHED, modes=3, coriolis=True, softening=softening).frequencies
     np.testing.assert_allclose(coupled, expected, rtol=2e-3)
+
+
+def test_a_part_of_the_coriolis_forces():
+    """From none to all of them frequencies change without a jump, by every method that has them;
+    to first order with the square of the factor."""
+    numbers, factors = {"alpha": 1, "beta": 0.5, "gamma": 10}, (0, 0.01, 0.02, 1)
+    for options in ({}, {"method": "ancf"}, {"plane": "both"}):
+        rows = [solve(Beam(**numbers), coriolis=factor, **options) for factor in factors]
+        first = [row.frequencies[0] for row in rows]
+        assert (first[2] - first[0]) == pytest.approx(4 * (first[1] - first[0]), rel=1e-3)
+        whole = solve(Beam(**numbers), coriolis=True, **options)
+        assert first[3] == whole.frequencies[0]
+    bent = [
+        solve(Beam(gamma=4, delta=-1), state="stable", coriolis=factor) for factor in (0, 0.3, 1)
+    ]
+    assert bent[0].frequencies[0] > bent[1].frequencies[0] > bent[2].frequencies[0]
+    assert Problem(coriolis=0.3).described.endswith("with 0.3 of Coriolis")

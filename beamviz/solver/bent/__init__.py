@@ -269,7 +269,7 @@ def _contributions_to_shapes(state: BentState, modes: Modes) -> np.ndarray:
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     """v' K v, v' C v with the Coriolis matrix C, and v' M v (3, modes) of shapes."""
     moved = state.displaced(V)  # (2, m, modes)
-    coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
+    coriolis = 2 * state.beam.beam.gamma * state.beam.problem.coriolis_factor
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
     turned = (abs(state.turned(V)) ** 2).sum(axis=0)
     mass = (abs(moved) ** 2).sum(axis=(0, 1)) + turned

@@ -179,7 +179,8 @@ class BentState(PlanarState):
     @property
     def gyroscopic(self) -> NDArray | None:
         """Matrix (size, size) of the Coriolis forces, skew; None without them."""
-        return self.coriolis if self.beam.problem.gyroscopic and self.beam.beam.gamma else None
+        factor = self.beam.problem.coriolis_factor
+        return factor * self.coriolis if factor and self.beam.beam.gamma else None
 
     # Stability
 

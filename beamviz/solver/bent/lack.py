@@ -68,7 +68,7 @@ def section_loads_of_modes(state: BentState, s: NDArray, V: NDArray) -> tuple[ND
     bent, (gamma, rate, in_plane, _) = state.beam, state.loading
     root = np.sqrt(bent.mass)[:, None]
     x, y = root * state.displaced(V)  # mass times the displacements (m, modes)
-    swirl = rate + 2 * gamma * s * bent.problem.gyroscopic
+    swirl = rate + 2 * gamma * s * bent.problem.coriolis_factor
     force_x = (s**2 - gamma**2) * x - swirl * y
     force_y = (s**2 - gamma**2 * in_plane) * y + swirl * x
     n, cos, sin = len(bent.w), state.e.real[:, None], state.e.imag[:, None]

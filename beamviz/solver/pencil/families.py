@@ -132,7 +132,9 @@ def coupled_modes(pencil: Families, count: int) -> Modes:
         max_rounding = pencil.tolerance / (10 * ROUNDING_FACTOR * EPS)
         modes = _definite_gyroscopic(L, (Fa, Fb), gamma, count, max_rounding)
     omega_squared, squares = modes.omega_squared, abs(modes.omega_squared)
-    size = squares + gamma[..., 0] ** 2
+    size = squares + np.maximum(gamma[..., 0] ** 2, pencil.softening.max(axis=1))
+    if pencil.cancelled is not None:
+        size = size + pencil.cancelled[:, 0]
     if L is None:  # compression and a shift cancel: sum of absolute terms
         size = size + COMPRESSED
         for k, shape in zip(stiffness, (modes.a, modes.b), strict=True):

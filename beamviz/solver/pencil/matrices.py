@@ -42,7 +42,7 @@ class Families(NamedTuple):
     across: Family
     along: Family
     softening: NDArray  # (beams, 2, 1) of the family across the beam, and of that along it
-    gamma: NDArray | None = None  # (beams, 1, 1)
+    gamma: NDArray | None = None  # (beams, 1, 1) speed, times the factor of the Coriolis forces
     definiteness: Definiteness = "definite"  # of K across the beam, without softening
     # (beams,) number of the lowest modes that are rigid motions that nothing holds: s = 0
     rigid: NDArray | None = None
