@@ -35,7 +35,7 @@ def section_size(
     in the plane of rotation. They have their true proportion, unless the larger one would be above
     LARGER."""
     h = math.sqrt(12) / beam.mu
-    flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else 1.0
+    flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else beam.flap
     small, large = sorted((h, h * math.sqrt(flap)))
     larger = max(1.0, LARGER[0] / large, VISIBLE_THICKNESS / small if thicken else 0.0)
     small, large = larger * small, larger * large

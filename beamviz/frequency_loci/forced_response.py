@@ -85,13 +85,14 @@ def semi_major_axis(a: np.ndarray) -> float:
 def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
     """Deflection of the tip at rest under the force, constant and across the beam: of a hinged one
     infinite."""
+    stiffness = 1.0 if plane == "chordwise" else beam.flap  # of a beam without a blade
     if beam.is_uniform:
-        return 1 / 8 + beam.alpha * beam.beta**2 * (3 - beam.beta) / 6
+        return (1 / 8 + beam.alpha * beam.beta**2 * (3 - beam.beta) / 6) / stiffness
     if beam.root == 0:
         return math.inf
     bending = "bending" if plane == "chordwise" else "flap"
     x, w, moment = moment_of_weight(beam)
-    EI = 1.0 if beam.blade is None else beam.blade.at(bending, x)
+    EI = stiffness if beam.blade is None else beam.blade.at(bending, x)
     at, mass = quadrature(beam)
     return float(w @ (moment / EI * (1 - x)) + (mass @ at) / beam.root)
 
