@@ -93,7 +93,7 @@ SPIN_UP = Parameter(
 SECTION = {  # of bending in space
     "flap": Parameter(
         *("κ", "flapwise stiffness", "flap", "EI_flap / EI"),
-        limits=(1e-6, 1e6),
+        limits=(1e-4, 1e4),
         slider=(0.01, 4.0, 0.01),
         hint="Stiffness for bending out of the plane of rotation over that in it. 1: a round or a"
         " square section, below 1: a flat one that lies in the plane",

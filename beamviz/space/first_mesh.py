@@ -37,6 +37,7 @@ from beamviz.space.spans import Span, properties_of_spans
 MIN_ORDER = 4  # so that the two highest polynomials of an element are not all of it
 GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
 CANCELLED = 1e-2  # least omega^2 that centrifugal and Coriolis forces leave of strain energy 1
+MOST_WAVES = 300.0  # [rad] half the phase of a mode along an element that is to be divided
 ROUNDED = 0.8  # least ratio of the width of a layer to that of the rounded numbers
 
 
@@ -209,6 +210,8 @@ def order_of_waves(half_waves: float, share: float) -> int:
     """The order of an element for so many half-waves of a mode along it, with
     j_n(k) = k^n / (2 n + 1)!! exp(-k^2 / (4 n + 6)) for n > k."""
     k = math.pi / 2 * half_waves
+    if k > MOST_WAVES:  # more than any element resolves, and k^n would overflow
+        return math.ceil(k)
     degree, power, left = 0, 1.0, 1.0
     while degree < k or left > share:
         degree += 1
