@@ -7,7 +7,7 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import NUMBERS, PARAMETERS
+from beamviz.beam import NUMBERS, PARAMETERS, PLANAR_NUMBERS
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
 from beamviz.explorer.declarations import tab_named, tabs
@@ -134,7 +134,7 @@ class Controls(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        for name in NUMBERS:
+        for name in PLANAR_NUMBERS:
             self.page.on(name, partial(self.edit, name), float)
         visitor.bind("mass", switch_mass, has_mass, bool)
         for mode in range(MODES):
