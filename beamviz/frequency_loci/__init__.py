@@ -87,13 +87,6 @@ class Loci:
 
         return dataframe(EVENT_COLUMNS, [event.record for event in self.events])
 
-    def margins_dataframe(self) -> Any:
-        """The margins as rows of a pandas.DataFrame."""
-        from beamviz.tables import dataframe
-
-        columns = (*Margin._fields, "nearest")
-        return dataframe(columns, [margin.record for margin in self.margins])
-
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
@@ -128,9 +121,8 @@ def loci(
 ) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
-    over: "alpha", "beta", "gamma", "delta", "mu", "spin_up", "flap", "pitch" or "twist", whose value
-    in `beam` is not used.
-    For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
+    over: "alpha", "beta", "gamma", "delta", "mu", "spin_up", "flap", "pitch" or "twist", whose
+    value in `beam` is not used. For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
     "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the

@@ -19,13 +19,13 @@ from beamviz.frequency_loci.path import Path
 
 
 class Margin(NamedTuple):
-    """A mode at the operating speed. index: by frequency, from 0. southwell: None where the mode is
+    """A mode at the operating speed. mode_index: by frequency, from 0. southwell: None where the mode is
     not known at rest, as loci that do not begin there. percent (per_rev,): to the lines 1 ..
     per_rev, above 0 where the frequency is above the line. on_lines: the multiples on whose line
     the locus lies at all speeds around this one."""
 
     label: str
-    index: int
+    mode_index: int
     speed: float
     frequency: float
     southwell: float | None
@@ -40,7 +40,9 @@ class Margin(NamedTuple):
     @property
     def record(self) -> dict[str, Any]:
         """What files have of it."""
-        return {**self._asdict(), "index": self.index + 1, "nearest": self.nearest}
+        label, mode_index, *values = self
+        named = dict(zip(self._fields[2:], values, strict=True))
+        return {"label": label, "index": mode_index + 1, **named, "nearest": self.nearest}
 
 
 def margins_at(
@@ -80,4 +82,4 @@ def margins_at(
                 ),
             )
         )
-    return tuple(sorted(margins, key=lambda margin: margin.index))
+    return tuple(sorted(margins, key=lambda margin: margin.mode_index))
