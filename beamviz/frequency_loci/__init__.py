@@ -122,8 +122,9 @@ def loci(
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
     over: "alpha", "beta", "gamma", "delta", "mu", "spin_up", "flap", "pitch" or "twist", whose
-    value in `beam` is not used. For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
-    "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
+    value in `beam` is not used. For a beam in SI also one of them in a unit, in which `values` are
+    given: "rpm", "rad/s", "kg", "beta:mm", "delta:m" ... (those of the result are dimensionless).
+    values: 2 to 10000 ascending
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
     events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam

@@ -19,10 +19,10 @@ from beamviz.frequency_loci.path import Path
 
 
 class Margin(NamedTuple):
-    """A mode at the operating speed. mode_index: by frequency, from 0. southwell: None where the mode is
-    not known at rest, as loci that do not begin there. percent (per_rev,): to the lines 1 ..
-    per_rev, above 0 where the frequency is above the line. on_lines: the multiples on whose line
-    the locus lies at all speeds around this one."""
+    """A mode at the operating speed. mode_index: by frequency, from 0. southwell: None where the
+    mode is not known at rest, as loci that do not begin there. percent (per_rev,): to the lines
+    1 .. per_rev, above 0 where the frequency is above the line. on_lines: the multiples on whose
+    line the locus lies at all speeds around this one."""
 
     label: str
     mode_index: int
