@@ -50,6 +50,10 @@ PROCESSES_HELP = (
     "Processes that share the visitors (default: one for each core if --host admits other machines,"
     " else 1; with --follow, and on other systems than Linux, 1)."
 )
+KEY_FILE_HELP = (
+    "File with the key of the link, the same for several servers behind one address (default: a new"
+    " key for each run)."
+)
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
 EXPORT_HELP = (
@@ -259,6 +263,7 @@ def serve(
     ] = "",
     follow: Annotated[bool, option(FOLLOW_HELP, "--follow")] = False,
     processes: Annotated[int | None, number(PROCESSES_HELP)] = None,
+    key_file: Annotated[Path | None, option(KEY_FILE_HELP, metavar="FILE")] = None,
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it. Without a beam, a model or a scene it opens on a
     beam with a mass in rotation, two modes superimposed."""
@@ -269,7 +274,7 @@ def serve(
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
     try:
-        serve(scene, host, port, open, public_url, visitors, follow, processes)
+        serve(scene, host, port, open, public_url, visitors, follow, processes, key_file)
     except Terminated as end:
         if end.number != signal.SIGTERM:  # which is how a service is ended
             raise
