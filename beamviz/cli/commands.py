@@ -51,6 +51,10 @@ PROCESSES_HELP = (
     " else 1; with --follow, and on other systems than Linux, 1)."
 )
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
+KIND_HELP = (
+    "A kind of events to look for; repeat the option for more (default: all but those on request,"
+    " see the table in assets/reference.md)."
+)
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
 EXPORT_HELP = (
     "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
@@ -121,17 +125,19 @@ def loci(
     ] = None,
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
+    kind: Annotated[list[str] | None, option(KIND_HELP, metavar="NAME")] = None,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
 ) -> None:
-    """Frequencies over one parameter, tracked, with their crossings and veerings.
+    """Frequencies over one parameter, tracked, with their events: crossings, veerings and more.
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
     from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output.loci import LOCI_FORMATS, events_csv
 
-    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "events", "per_rev"])
+    others = ["over", "format", "plot", "events", "per_rev", "kind"]
+    check_store_options(context, sweep, ["at"], others)
     if events:
         check_suffix(events, [".csv"])
         check_writable(events)
@@ -156,7 +162,7 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
-    tracked = loci(beam, over, values, modes, per_rev, **options)
+    tracked = loci(beam, over, values, modes, per_rev, kind or None, **options)
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
     if events:

@@ -17,6 +17,7 @@ from beamviz.explorer import page
 from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci.events import EXCHANGES
 from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
@@ -109,9 +110,8 @@ class Chart:
 
     @property
     def pairs(self) -> dict[str, Event]:
-        """The crossings and veerings among the events."""
-        kinds = ("crossing", "veering")
-        return {key: event for key, event in self.events.items() if event.kind in kinds}
+        """The events at which two modes exchange their order or their shapes."""
+        return {key: event for key, event in self.events.items() if event.kind in EXCHANGES}
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
         """Resonances at a speed, with these multiples of it, by key: multiple, branch and a

@@ -37,6 +37,7 @@ from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import package_text, plain
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
 from beamviz.plotting.labels import HALO
@@ -199,7 +200,19 @@ def chart(scene: Scene) -> str:
             drawn.draw_second(found.second)
             axes.text(0.02, 0.99, f"grey: {found.title}", **IN_CORNER, transform=axes.transAxes)
         drawn.annotate(multiples)
-        return figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
+        element = figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
+    return element + event_key(drawn)
+
+
+def event_key(drawn: Chart) -> str:
+    """The signs of the events in the chart with their meaning (HTML); "" without any."""
+    kinds = {event.kind for event in drawn.events if event.until is None}
+    keys = [
+        f'<span title="{escape(kind.meaning)}">{kind.sign} {kind.name}</span>'
+        for kind in EVENT_KINDS.values()
+        if kind.name in kinds
+    ]
+    return f'<p class="key">{", ".join(keys)}</p>' if keys else ""
 
 
 def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:

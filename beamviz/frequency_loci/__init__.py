@@ -1,6 +1,7 @@
 """Loci: frequencies along one parameter of a beam, mode by mode."""
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +15,13 @@ from beamviz.frequency_loci.branches import Branch, Part, branches_at
 from beamviz.frequency_loci.events import (
     EVENT_COLUMNS,
     EVENT_KINDS,
-    Event,
-    Tracked,
+    checked_kinds,
     locate_events,
+    record_of,
 )
+from beamviz.frequency_loci.events.coalescence import COALESCENCE
+from beamviz.frequency_loci.events.record import Event, Tracked
+from beamviz.frequency_loci.events.resonance import RESONANCE
 from beamviz.frequency_loci.limits import (
     ExistenceSearch,
     Limit,
@@ -46,6 +50,7 @@ class Loci:
     values: NDArray  # (values,)
     branches: tuple[Branch, ...]
     events: tuple[Event, ...]  # by ascending value
+    kinds: tuple[str, ...]  # of the events that were looked for
     limits: tuple[Limit, ...]
     solves: int  # number of values solved
     seconds: float
@@ -83,7 +88,7 @@ class Loci:
         """The events as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
 
-        return dataframe(EVENT_COLUMNS, [event.record for event in self.events])
+        return dataframe(EVENT_COLUMNS, [record_of(event) for event in self.events])
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
@@ -115,7 +120,13 @@ class Loci:
 
 
 def loci(
-    beam: Beam, over: str, values: ArrayLike, modes: int = 5, per_rev: int = 0, **options: Any
+    beam: Beam,
+    over: str,
+    values: ArrayLike,
+    modes: int = 5,
+    per_rev: int = 0,
+    kinds: Collection[str] | None = None,
+    **options: Any,
 ) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
@@ -125,14 +136,16 @@ def loci(
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
     events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam
-    does flapwise, has one from `at` to `until`. options: as for solve(). Ranges without a stable
-    equilibrium are reported in `limits`.
+    does flapwise, has one from `at` to `until`. kinds: names of the kinds of events to look for, by
+    default all but those on request (see EVENT_KINDS). options: as for solve(). Ranges without a
+    stable equilibrium are reported in `limits`.
     Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()
     over, factor = parse_over(over, beam.units)
     values = check_values("over =", over, values, 2, MAX_POINTS, factor)
     per_rev = check_int("per_rev", per_rev, 0, MAX_PER_REV)
+    sought = checked_kinds(kinds, per_rev)
     path = Path(beam, over, parse_keywords(**options, modes=modes))
     low, high = values[[0, -1]].tolist()
     grid = grid_values(low, high)
@@ -145,8 +158,8 @@ def loci(
     if not branches:
         raise first_error(path.solve(values))
     tracked = Tracked(path, grid, parts, per_rev)
-    events, unlocated = locate_events(tracked)
-    coalescences = [event.at for event in events if event.kind == "coalescence"]
+    events, unlocated = locate_events(tracked, sought)
+    coalescences = [event.at for event in events if event.kind == COALESCENCE.name]
     limits = [*limits_of(search.changes, high, over), *unlocated]
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
@@ -160,6 +173,7 @@ def loci(
         values=values,
         branches=branches,
         events=events,
+        kinds=tuple(kind.name for kind in sought),
         limits=tuple(sorted(limits, key=lambda limit: limit.start)),
         solves=solves,
         seconds=time.perf_counter() - began,
@@ -189,7 +203,7 @@ def resonances(found: Loci, count: int = 1) -> list[Event]:
     if count and found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
     tracked = found.tracked._replace(per_rev=count)
-    located = EVENT_KINDS["resonance"].locate(tracked)
+    located = RESONANCE.locate(tracked)
     events = [event for event in located if isinstance(event, Event)]
     return sorted(events, key=lambda event: event.at)
 

@@ -18,7 +18,7 @@ from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import loci
-from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.events.record import Event
 from beamviz.solver import solve_many
 from beamviz.solver.quadrature import moment_of_weight, quadrature
 from beamviz.solver.solution import Solution, read_only

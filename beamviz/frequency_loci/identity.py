@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Event, Loci
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
@@ -153,9 +154,9 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
 
 def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
     """The names of the modes of an event, at the value of the sweep nearest to it: of two that
-    cross, come close or merge the second may be the next one above those asked for. An event of the
+    meet there the second may be the next one above those asked for. An event of the
     equilibria is of the lowest modes of two states, whose names are those of its branches."""
-    if event.kind not in ("crossing", "veering", "close approach", "coalescence"):
+    if not EVENT_KINDS[event.kind].of_one_state:
         return event.branches
     k = int(np.argmin(abs(found.values - event.at)))
     branches = [branch for branch in found.branches if branch.label in event.branches]

@@ -5,16 +5,13 @@ import itertools
 import math
 import pickle
 import re
-import unicodedata
 
 import numpy as np
 import pytest
 from helpers import sorted_frequencies
-from matplotlib.markers import MarkerStyle
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.frequency_loci import Event, at_values
-from beamviz.frequency_loci.events import EVENT_KINDS
 
 TIP = Beam(alpha=1, beta=1)
 FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
@@ -129,17 +126,6 @@ def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
     (event,) = found.events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert event.at == pytest.approx(-0.6658, abs=2e-4)
-
-
-@pytest.mark.parametrize("kind", EVENT_KINDS.values(), ids=EVENT_KINDS)
-def test_the_sign_of_an_event_is_its_marker(kind):
-    """The character on the page and the marker of matplotlib are the same mark: both name their
-    shapes, as BLACK DIAMOND and (filled) diamond."""
-    shape, _, direction = MarkerStyle.markers[kind.marker].partition("_")
-    name = unicodedata.name(kind.sign)
-    assert {"x": "MULTIPLICATION"}.get(shape, shape.upper()) in name
-    assert direction.upper() in name
-    assert kind.filled == ("BLACK" in name)
 
 
 @pytest.fixture(scope="module")
