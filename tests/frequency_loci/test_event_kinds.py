@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.markers import MarkerStyle
+from matplotlib.text import Text
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
@@ -25,14 +26,19 @@ from beamviz.scene import Scene
 
 REFERENCE = (Path(__file__).parents[2] / "assets" / "reference.md").read_text()
 TIP = Beam(alpha=1, beta=1)
+FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)
+BENT = {"state": "stable", "modes": 2, "strain": "biot", "curvature": "material"}
 CHARTS = {  # by kind, a chart with an event of it: beam, parameter, first and last value, options
     "crossing": (TIP, "gamma", 0, 10, {}),
     "veering": (TIP, "gamma", 0, 8, {"coriolis": True}),
-    "close approach": (Beam(gamma=20, mu=100), "alpha", 0, 100, {}),
-    "coalescence": (Beam(), "spin_up", 0, 80, {"coriolis": True}),
+    "close approach": (
+        *(Beam(alpha=0.5, gamma=6, delta=0.5, mu=40), "beta", 0.37, 0.47),
+        {"coriolis": True, "modes": 9},
+    ),
+    "coalescence": (Beam(alpha=1, mu=1000), "spin_up", 0, 150, {"state": "stable", "modes": 2}),
     "buckling": (Beam(delta=-1), "gamma", 0, 5, {"state": "stable"}),
-    "limit point": (Beam(delta=-1), "spin_up", 0, 30, {}),
-    "second state": (Beam(delta=-1), "gamma", 4, 6, {"state": "stable"}),
+    "limit point": (FOLDING, "spin_up", 0, 0.3, BENT),
+    "second state": (FOLDING, "spin_up", 0, 0.3, BENT),
     "resonance": (TIP, "gamma", 0, 8, {"per_rev": 3}),
 }
 each_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
@@ -97,9 +103,7 @@ def test_every_kind_is_located_and_written(kind):
     assert events_csv(computed).count(f"\n{kind.name},") == len(located)
     assert loci_table(computed).count(kind.name) >= len(located)
     figure = draw_chart(computed, range(1, computed.tracked.per_rev + 1))
-    words = " ".join(
-        text.get_text() for text in figure.findobj(match=lambda a: hasattr(a, "get_text"))
-    )
+    words = " ".join(text.get_text() for text in figure.findobj(match=Text))
     assert kind.name in words
 
 
@@ -128,7 +132,7 @@ def test_kinds_are_chosen_by_name():
     assert {event.kind for event in chosen.events} == {"veering", "resonance"}
     without = loci(TIP, "gamma", values, kinds=["veering"])
     assert "crossing" not in loci_table(without)
-    with pytest.raises(InvalidInput, match="crosing': must be one of crossing, .*'crossing'"):
+    with pytest.raises(InvalidInput, match=r"crosing': must be one of crossing, .*'crossing'"):
         loci(TIP, "gamma", values, kinds=["crosing"])
     with pytest.raises(InvalidInput, match="resonance: needs per_rev"):
         loci(TIP, "gamma", values, kinds=["resonance"])
