@@ -21,12 +21,18 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
-from beamviz.dynamics.case import Case
+from beamviz.dynamics.controllers import EqualSteps
 from beamviz.dynamics.drives import Ramp
 from beamviz.dynamics.equation import Equation
-from beamviz.dynamics.integration import Control
+from beamviz.dynamics.initial_value import (
+    Mesh,
+    equation_of,
+    initial_value_problem,
+    start_solution,
+)
+from beamviz.dynamics.integration import IntegratedMotion, integrate
 from beamviz.dynamics.meshes import with_orders
-from beamviz.dynamics.run import Mesh, equation_of, run, start_solution
+from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.dynamics.start import equilibrium, under_force
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
@@ -189,8 +195,17 @@ def auto_tip(scene: ComparedMotion, tolerance: float) -> NDArray:
 
 
 def run_tip(scene: ComparedMotion, mesh: Mesh, options: dict[str, Any], step: float) -> NDArray:
-    case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
-    return run(case, start_solution(case), mesh, Control(1e-6, case.until, step)).tip(scene.times)
+    problem = MotionProblem(
+        beam=scene.beam, until=scene.until, step=step, tolerance=1e-6, **scene.options, **options
+    )
+    return integrated(problem, mesh).tip(scene.times)
+
+
+def integrated(problem: MotionProblem, mesh: Mesh) -> IntegratedMotion:
+    """The motion on a mesh, with the constant step of the problem."""
+    assert problem.step is not None
+    discrete = initial_value_problem(problem, start_solution(problem), mesh)
+    return integrate(discrete, EqualSteps(problem.step), problem.tolerance)
 
 
 def peer_tip(scene: ComparedMotion, elements: int, steps: int) -> NDArray:
@@ -225,8 +240,8 @@ def summary(rows: list[Row], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Itera
 # The map
 
 
-def map_case(mu: float, integrator: str, step: float) -> Case:
-    return Case(
+def map_problem(mu: float, integrator: str, step: float) -> MotionProblem:
+    return MotionProblem(
         beam=Beam(gamma=MAP_GAMMA, mu=mu),
         until=MAP_UNTIL,
         release=MAP_RELEASE,
@@ -238,21 +253,21 @@ def map_case(mu: float, integrator: str, step: float) -> Case:
 MAP_TIMES = np.linspace(0.0, MAP_UNTIL, 201)
 
 
-def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
+def motion_of_map(problem: MotionProblem, integrator: str) -> tuple[NDArray, NDArray]:
     """Tip (n, 2) and energy (n,) at the times of the map."""
-    solution, mesh = start_solution(case), with_orders([0.0, 1.0], [MAP_ORDER])
+    mesh = with_orders([0.0, 1.0], [MAP_ORDER])
     if integrator == EXPLICIT:
-        return explicit(case, equation_of(case, mesh, False))
-    moved = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
+        return explicit(problem, equation_of(problem, mesh, False))
+    moved = integrated(problem, mesh)
     return moved.tip(MAP_TIMES), moved.energy(MAP_TIMES)
 
 
-def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
+def explicit(problem: MotionProblem, equation: Equation) -> tuple[NDArray, NDArray]:
     """The same by the classical Runge-Kutta method, with steps that end at the times of the map."""
     beam = equation.beam
-    q = under_force(beam, equilibrium(beam, start_solution(case)), MAP_GAMMA, MAP_RELEASE)
-    assert case.step is not None
-    count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / case.step)
+    q = under_force(beam, equilibrium(beam, start_solution(problem)), MAP_GAMMA, MAP_RELEASE)
+    assert problem.step is not None
+    count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / problem.step)
     h = (MAP_TIMES[1] - MAP_TIMES[0]) / count
     state, states = np.array([q, 0 * q]), []
 
@@ -284,7 +299,7 @@ def map_cell(integrator: str, mu: float, step: float, reference: NDArray) -> Map
     start = processor_time()
     try:
         with np.errstate(all="ignore"):
-            tip, energy = integrate(map_case(mu, integrator, step), integrator)
+            tip, energy = motion_of_map(map_problem(mu, integrator, step), integrator)
     except NotConverged:
         return result("does not converge", np.nan, np.nan)
     except NoEquilibrium:
@@ -310,7 +325,7 @@ def trials(
     """Every integrator with every slenderness and step."""
     steps, cells = tuple(steps), list[MapCell]()
     for mu in mus:
-        reference, _ = integrate(map_case(mu, "radau", FINEST), "radau")
+        reference, _ = motion_of_map(map_problem(mu, "radau", FINEST), "radau")
         for name in names:
             report(f"map: {name}, mu = {mu:g}")
             cells += [map_cell(name, mu, step, reference) for step in steps]

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from beamviz.frequency_loci.avoided_crossings import AvoidedCrossing
 from beamviz.frequency_loci.branches import Part
@@ -21,14 +20,6 @@ MIN_INDEX = 0.5
 ROTATED = math.radians(30)
 
 
-@dataclass(frozen=True)
-class GapEvent(Event):
-    """A least gap of two loci, with the measures of how far their modes are coupled there."""
-
-    coupling: float = 0.0  # s_ab = phi_a' (K' - lambda M') phi_b, lambda their mean
-    index: float = 0.0  # veering index MDF_ab CSQ_ab MDF_ba, 0 .. 1
-
-
 GAP_FIELDS = Field("coupling"), Field("index", "veering index"), Field("width")
 
 
@@ -44,18 +35,18 @@ def least_gaps(part: Part) -> Iterator[AvoidedCrossing]:
             yield gap
 
 
-def event_at(gap: AvoidedCrossing, kind: str, part: Part) -> GapEvent:
+def event_at(gap: AvoidedCrossing, kind: str, part: Part) -> Event:
     """The event of a least gap."""
     least = gap.least
     pair = (gap.family, gap.k), (gap.family, gap.k + 1)
-    return GapEvent(
+    return Event(
         kind,
         part.labels_of(pair, least.at),
         least.at,
         (least.frequency - least.gap / 2, least.frequency + least.gap / 2),
         least.ranks,
         gap=least.gap,
-        width=least.width,
         coupling=gap.coupling,
         index=gap.veering_index,
+        width=least.width,
     )

@@ -16,7 +16,7 @@ from beamviz.frequency_loci.path import Path
 @dataclass(frozen=True)
 class Event:
     """An event of the branches with these labels, at a value of the parameter, or all along a range
-    of it. A kind whose events have further numbers derives its record from this one."""
+    of it. A new kind whose events have further numbers derives its record from this."""
 
     kind: str  # the name of an EventKind
     branches: tuple[str, ...]
@@ -24,8 +24,11 @@ class Event:
     frequencies: tuple[float | None, ...]  # of each branch at this value; None where not known
     modes: tuple[int, ...]  # indices of these modes by frequency, from 0
     until: float | None = None  # of a range: its last value
-    gap: float = 0.0  # the least distance of the two frequencies
-    width: float = 0.0  # distance from `at` at which the gap is sqrt(2) times the least
+    # Of a least gap of two loci:
+    gap: float = 0.0  # the least
+    coupling: float = 0.0  # s_ab = phi_a' (K' - lambda M') phi_b, lambda their mean
+    index: float = 0.0  # veering index MDF_ab CSQ_ab MDF_ba, 0 .. 1
+    width: float = 0.0  # distance at which the gap is sqrt(2) times the least
     per_rev: int = 0  # of a resonance: periods of the force per revolution
 
     @property

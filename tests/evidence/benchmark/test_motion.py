@@ -12,8 +12,8 @@ from beamviz.evidence.benchmark.motion import (
     FINEST,
     SCENES,
     Row,
-    integrate,
-    map_case,
+    motion_of_map,
+    map_problem,
     map_cell,
     peer_tip,
     reference_tip,
@@ -25,7 +25,7 @@ from beamviz.evidence.benchmark.motion import (
 def test_outcomes():
     """The explicit method is unstable above 2.8 over the highest frequency, thousands over T* at
     mu = 70; the trapezoidal rule is less accurate than Radau's with four times its step."""
-    reference, _ = integrate(map_case(70.0, "radau", FINEST), "radau")
+    reference, _ = motion_of_map(map_problem(70.0, "radau", FINEST), "radau")
     assert map_cell("explicit", 70.0, 0.02, reference).outcome == "unstable"
     assert map_cell("trapezoidal", 1000.0, 2.0, reference).outcome == "does not converge"
     coarse, fine = (map_cell("radau", 70.0, step, reference) for step in (0.2, 0.04))

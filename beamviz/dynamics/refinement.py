@@ -1,0 +1,182 @@
+"""A motion refined until its error estimate is within the tolerance.
+
+It is computed on meshes and with steps that become finer, until two of the motions agree to the
+tolerance. Their difference, in the position of the tip, is the error estimate of the finer one.
+
+A first motion has adaptive steps. In the others they are equal, as short as the shortest of these
+that are sustained: with adaptive steps of their own they took five times as long.
+"""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam
+from beamviz.dynamics.controllers import AdaptiveSteps, EqualSteps, GivenSteps
+from beamviz.dynamics.initial_value import Mesh, initial_value_problem
+from beamviz.dynamics.integration import Budget, IntegratedMotion, integrate
+from beamviz.dynamics.meshes import first_mesh, refined
+from beamviz.dynamics.problem import DEFAULT_ELEMENTS, MotionProblem
+from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+from beamviz.solver import Solution
+
+COMPARED = 401  # times at which the tips of two runs are compared
+REFINEMENTS = 9  # after which a motion counts as not converged
+TAIL = 1.0  # of the first steps, over the tolerance
+FINER = 32.0  # tolerance of adaptive steps over that of the finer motion, at a given resolution
+# Steps in a row of the first run whose median length is that of the others, where it is the least:
+# later ones may have lost a vibration that does not fade, and of which no finer run would tell.
+SUSTAINED = 8
+GROWING = 2.0  # times as long is the step after one whose length follows from that before it
+# The error estimate: this times the changes to come, by halved steps and finer meshes, if each is
+# the last one times the ratio of the last two, and a part of the tolerance for vibrations that none
+# of them resolves; measured by scripts/measure_motion_error_bars.py.
+ESTIMATE, UNRESOLVED = 2.0, 0.1
+LEAST_RATIO, GREATEST_RATIO = 0.2, 0.6
+COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
+
+
+Attempt = IntegratedMotion | BeamvizError  # a motion, or why it could not be computed
+
+
+class RefinedMotion(NamedTuple):
+    """A motion, its error estimate and the number of motions it took."""
+
+    motion: IntegratedMotion
+    error: float  # [L] of the tip
+    runs: int
+
+
+def to_tolerance(problem: MotionProblem, solution: Solution) -> RefinedMotion:
+    """A motion refined until its error estimate is within the tolerance. Raises NoEquilibrium and
+    NotConverged.
+
+    A first run, whose steps adapt to the motion, tells how short they have to be; in the others
+    their number is doubled while the orders of the mesh are raised. Without damping there is one
+    more in between, with about as many steps as in the first, of equal length.
+    """
+    mesh, steps, budget = first_mesh(fastest(problem), problem.statics), None, Budget()
+    last, change = attempt(problem, solution, mesh, steps, budget), math.inf
+    for runs in range(2, REFINEMENTS + 2):
+        doubled = runs > 2 or problem.damping > 0
+        before, steps, mesh = last, divided_steps(problem, last, 1 + doubled), refined(mesh)
+        last, change_before = attempt(problem, solution, mesh, steps, budget), change
+        if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
+            break
+        change = difference(problem, last, before)
+        error = estimate(problem, change, change_before)
+        if doubled and isinstance(last, IntegratedMotion) and error <= problem.tolerance:
+            return RefinedMotion(last, error, runs)
+        if not budget.allows_another:
+            break
+    if isinstance(last, BeamvizError):
+        raise last
+    raise not_settled(problem, before, last)
+
+
+def not_settled(problem: MotionProblem, before: Attempt, last: IntegratedMotion) -> BeamvizError:
+    """The error for a motion of which two runs differ by more than the tolerance."""
+    if isinstance(before, BeamvizError):
+        return before
+    t = np.linspace(0.0, problem.until, COMPARED)
+    apart = np.linalg.norm(last.tip(t) - before.tip(t), axis=1)
+    with_what = f"with {len(last.trajectory.q)} steps and {last.trajectory.beam.size} unknowns"
+    remedy = "ask for a shorter time or a larger tolerance"
+    if apart.max() <= problem.tolerance:
+        return NotConverged(
+            f"the position of the tip still changes by {apart.max():.1e} L {with_what}, and not"
+            f" less than before, so it is not known to {problem.tolerance:g} L; {remedy}"
+        )
+    agree = t[max(int(np.argmax(apart > problem.tolerance)) - 1, 0)]
+    return NotConverged(
+        f"the position of the tip is known to {problem.tolerance:g} L until t = {agree:.3g} only;"
+        f" then it still changes by up to {apart.max():.1e} L {with_what}, as small differences"
+        f" grow; {remedy}"
+    )
+
+
+def at_resolution(problem: MotionProblem, solution: Solution) -> RefinedMotion:
+    """A motion at a given resolution, with its error estimate by one of twice that."""
+    count = problem.elements or DEFAULT_ELEMENTS
+    meshes: tuple[Mesh, Mesh] = count, 2 * count
+    if not problem.cubic:
+        mesh = refined(first_mesh(fastest(problem), problem.statics))
+        meshes = mesh, refined(mesh)
+    motions = []
+    for elements, tail, division in zip(meshes, (TAIL, TAIL / FINER), (1, 2), strict=True):
+        tolerance = tail * problem.tolerance
+        step = problem.step
+        controller = EqualSteps(step / division) if step else AdaptiveSteps(tolerance)
+        discrete = initial_value_problem(problem, solution, elements)
+        motions.append(integrate(discrete, controller, tolerance, progress=problem.report))
+    coarse, finer = motions
+    return RefinedMotion(coarse, COARSER * difference(problem, coarse, finer), 2)
+
+
+def fastest(problem: MotionProblem) -> Beam:
+    """The beam at the speed that the first mesh resolves."""
+    return problem.beam.replace(gamma=problem.greatest_speed)
+
+
+def estimate(problem: MotionProblem, change: float, before: float) -> float:
+    """The error bar of a run that differs by a change from a coarser one, which differed by the
+    change before from one still coarser: the sum of the changes to come, if they go on so."""
+    ratio = (
+        min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO)
+        if before < math.inf
+        else GREATEST_RATIO
+    )
+    return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * problem.tolerance
+
+
+def attempt(
+    problem: MotionProblem, solution: Solution, mesh: Mesh, ends: NDArray | None, budget: Budget
+) -> Attempt:
+    """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
+    succeed."""
+    tolerance = TAIL * problem.tolerance
+    controller = AdaptiveSteps(tolerance) if ends is None else GivenSteps(ends)
+    try:
+        discrete = initial_value_problem(problem, solution, mesh)
+        return integrate(discrete, controller, tolerance, budget=budget, progress=problem.report)
+    except (NoEquilibrium, NotConverged) as error:
+        return error
+
+
+def divided_steps(problem: MotionProblem, coarse: Attempt, times: int) -> NDArray | None:
+    """The ends of once or twice as many steps as in a run; None where it has failed. With damping
+    they are its steps, divided; without, they are equal in each smooth part of the motion: an
+    undamped vibration does not fade, and longer steps later would lose it."""
+    if isinstance(coarse, BeamvizError):
+        return None
+    if problem.damping:
+        t = coarse.trajectory.t
+        return np.append(np.linspace(t[:-1], t[1:], times, endpoint=False, axis=1).ravel(), t[-1])
+    corners = sorted({0.0, *problem.corners, problem.until})
+    ends = [np.zeros(1)]
+    for start, end in pairwise(corners):
+        t = coarse.trajectory.t
+        length = shortest_sustained(np.diff(t)[(t[1:] > start) & (t[1:] <= end)])
+        count = math.ceil((end - start) / length - 1e-6)
+        ends.append(np.linspace(start, end, times * count + 1)[1:])
+    return np.concatenate(ends)
+
+
+def shortest_sustained(lengths: NDArray) -> float:
+    """The least median length of SUSTAINED steps in a row, without those that only grow from a
+    shorter one, at the start."""
+    settled = lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
+    rows = sliding_window_view(settled, min(SUSTAINED, len(settled)))
+    return float(np.median(rows, axis=1).min())
+
+
+def difference(problem: MotionProblem, first: Attempt, second: Attempt) -> float:
+    """The largest distance of the tip in two runs, infinite where one has failed."""
+    if isinstance(first, BeamvizError) or isinstance(second, BeamvizError):
+        return math.inf
+    t = np.linspace(0.0, problem.until, COMPARED)
+    return float(np.linalg.norm(first.tip(t) - second.tip(t), axis=1).max())
