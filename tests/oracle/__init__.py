@@ -1,6 +1,6 @@
 """An independent oracle: a straight rotating beam from its differential equations.
 
-Nothing here is shared with the package but `Beam`. The package makes an energy stationary over
+Nothing here is shared with the package but `Beam` and, of a new strain law, the function e(f). The package makes an energy stationary over
 trial functions; the oracle takes the differential equations that follow from that energy, as a
 first-order system, and makes them hold at Chebyshev points.
 
