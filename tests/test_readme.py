@@ -112,7 +112,8 @@ def option_row(option: Option) -> str:
 @pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
 def test_the_reference_has_every_option_as_it_is_declared(option):
     """With its values, its default and its documentation."""
-    assert option_row(option) in REFERENCE
+    row = option_row(option)
+    assert row in REFERENCE, f"assets/reference.md: the row of --{option.name} has to be\n{row}"
 
 
 def test_the_citation_is_of_this_version():

@@ -30,6 +30,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
+from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.files import check_suffix, check_writable, json_text, replaced
 from beamviz.signals import Terminated
 from beamviz.solver.problem import Problem
@@ -56,11 +57,12 @@ KIND_HELP = (
     " see the table in assets/reference.md)."
 )
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
-EXPORT_HELP = (
-    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
-    " the modes, and in a second file equilibrium and shapes; npz: the same as arrays; png, svg,"
-    " pdf: with --sweep, a map of the frequency of --mode over two parameters."
+EXPORTS = {suffix[1:]: row.text for suffix, row in EXPORT_FORMATS.items()}
+EXPORT_HELP = "; ".join(f"{name}: {text}" for name, text in EXPORTS.items())
+EXPORT_HELP += (
+    "; png, svg, pdf: with --sweep, a map of the frequency of --mode over two parameters."
 )
+EXPORT_NAMES = "OUT." + "|".join([*EXPORTS, "png", "svg", "pdf"])
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "what is written is kept: run the same command again to resume"
 REPEATED = 2.0  # [s] a first solve may take whose time is that of a second one
@@ -332,9 +334,7 @@ def animate(
 def export(
     scene: Any,
     context: typer.Context,
-    path: Annotated[
-        Path, typer.Argument(help=EXPORT_HELP, metavar="OUT.html|glb|csv|npz|png|svg|pdf")
-    ],
+    path: Annotated[Path, typer.Argument(help=EXPORT_HELP, metavar=EXPORT_NAMES)],
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
         str,

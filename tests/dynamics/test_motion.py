@@ -1,5 +1,7 @@
 """Motion in time against independent values, conservation laws and the linear modes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from oracle.motion import tip_by_polynomials
@@ -223,6 +225,14 @@ def reference():
     """The short motion. Below 1e-6 L it has kinks: a start in a mode is not at rest along the beam,
     and stretching waves run to and fro."""
     return motion(**SHORT_MOTION, tolerance=2e-6)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_every_integrator_is_in_its_table(name):
+    """assets/motion.md has its source and when to choose it."""
+    page = (Path(__file__).parents[2] / "assets" / "motion.md").read_text()
+    row = f"| `{name}` | {INTEGRATORS[name].source} | {INTEGRATORS[name].choose} |"
+    assert row in page, f"assets/motion.md lacks the row\n{row}"
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)

@@ -91,10 +91,11 @@ def law_of_energy(strain: Callable) -> Law:
     forces = force(branch)
 
     def stretch(n: np.ndarray) -> np.ndarray:
-        guess = np.exp(np.interp(n, forces, np.log(branch), left=np.nan, right=np.nan))
-        for _ in range(4):
-            guess = guess - (force(guess) - n) / stiffness(guess)
-        return guess
+        n = np.asarray(n, float)
+        f = np.exp(np.interp(n, forces, np.log(branch)))
+        for _ in range(5):  # of Newton's method
+            f = np.clip(f - (force(f) - n) / stiffness(f), branch[0], branch[-1])
+        return np.where((forces[0] <= n) & (n <= forces[-1]), f, np.nan)
 
     hardens = bool((np.diff(stiffness(np.geomspace(1, 100, 50))) > 1e-9).all())
     return Law(force, stiffness, stretch, hardens)
