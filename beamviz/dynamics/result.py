@@ -111,11 +111,11 @@ class Motion:
             return None
         t = self.t[:: math.ceil(len(self.t) / STRESS_TIMES)]
         x = np.linspace(0.0, 1.0, STRESS_POINTS + 1)
-        found = stress_of_deformation(units, self.stretch(t, x), self.curvature(t, x))
-        assert found
-        row, column = np.unravel_index(np.argmax(found.greatest), found.greatest.shape)
-        greatest, at = float(found.greatest[row, column]), float(x[column])
-        known = found.bending is not None
+        stress = stress_of_deformation(units, self.stretch(t, x), self.curvature(t, x))
+        assert stress
+        row, column = np.unravel_index(np.argmax(stress.greatest), stress.greatest.shape)
+        greatest, at = float(stress.greatest[row, column]), float(x[column])
+        known = stress.bending is not None
         return GreatestStress(greatest, at, known, units.yield_stress, float(t[row]))
 
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:

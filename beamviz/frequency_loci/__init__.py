@@ -193,23 +193,23 @@ def _part(path: Path, solved: Range, grid: NDArray) -> Part:
     return Part(track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards))))
 
 
-def resonances(found: Loci, count: int = 1) -> list[Event]:
+def resonances(tracked_loci: Loci, count: int = 1) -> list[Event]:
     """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count,
     as events of the kind "resonance".
 
     Raises InvalidInput for loci over another parameter.
     """
     count = check_int("count", count, 0, MAX_PER_REV)
-    if count and found.over != "gamma":
-        raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    tracked = found.tracked._replace(per_rev=count)
+    if count and tracked_loci.over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {tracked_loci.over}")
+    tracked = tracked_loci.tracked._replace(per_rev=count)
     located = RESONANCE.locate(tracked)
     events = [event for event in located if isinstance(event, Event)]
     return sorted(events, key=lambda event: event.at)
 
 
-def at_values(found: Loci, values: NDArray) -> Loci:
-    """`found` at other values in its range, solved for, with the same branches."""
-    branches = branches_at(found.path, values, found.tracked.parts)
-    events = tuple(event for event in found.events if values[0] <= event.at <= values[-1])
-    return replace(found, values=values, branches=branches, events=events)
+def at_values(loci: Loci, values: NDArray) -> Loci:
+    """Loci at other values in their range, solved for, with the same branches."""
+    branches = branches_at(loci.path, values, loci.tracked.parts)
+    events = tuple(event for event in loci.events if values[0] <= event.at <= values[-1])
+    return replace(loci, values=values, branches=branches, events=events)

@@ -87,14 +87,14 @@ def candidates(track: Track) -> list[Candidate]:
     for i, family, k in np.argwhere(exchanged).tolist():
         if not {(i - 1, i + 1, family, k), (i, i + 2, family, k)} & places:
             places.add((i, i + 1, family, k))
-    found = []
+    minima = []
     for low, high, family, k in sorted(places):
         pair = gap[:, family, k]
         others = [ends for *ends, other_family, j in places if (other_family, j) == (family, k)]
         first = _end_of_growth(pair, low, -1, {last for _, last in others})
         last = _end_of_growth(pair, high, 1, {first for first, _ in others})
-        found.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
-    return found
+        minima.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
+    return minima
 
 
 def _end_of_growth(gap: NDArray, start: int, step: int, others: set[int]) -> int:

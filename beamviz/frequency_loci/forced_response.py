@@ -122,8 +122,8 @@ def run_up(
             "root = 0: a hinged beam has no static deflection to relate amplitudes to"
         )
     even = np.linspace(0.0, stop, SPEEDS)
-    found = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options)
-    excited = tuple(event for event in found.events if event.per_rev == per_rev)
+    tracked = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options)
+    excited = tuple(event for event in tracked.events if event.per_rev == per_rev)
     near = [event.at * (1 + damping * NEAR) for event in excited]
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
@@ -133,5 +133,5 @@ def run_up(
         if isinstance(outcome, Solution):
             (tip,) = displacement(outcome, per_rev * outcome.beam.gamma, damping, TIP)
             amplitudes[k] = semi_major_axis(tip)
-    amplitudes /= static_deflection(beam, found.problem.plane)
+    amplitudes /= static_deflection(beam, tracked.problem.plane)
     return RunUp(beam, per_rev, damping, speeds, read_only(amplitudes), excited)

@@ -78,8 +78,8 @@ def axis_of(name: str, units: Units | None) -> Axis:
     """The axis of a parameter or of the "frequency": as on the page, in rpm, kg, mm or m, and Hz
     for a beam in SI."""
     symbol = "ω" if name == "frequency" else NUMBERS[name].symbol
-    if found := display_unit(name, units):
-        unit, factor = found
+    if display := display_unit(name, units):
+        unit, factor = display
         return Axis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
     label = "frequency ω [1/T*]" if name == "frequency" else NUMBERS[name].axis_label
     return Axis(lambda value: value, label, "", symbol)

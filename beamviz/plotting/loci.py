@@ -263,11 +263,11 @@ def _through(event: Event, label: str) -> list[float]:
     """The frequencies of a branch at an event, in the order of the line that is drawn through them;
     none where they are not known, nan where the line is interrupted."""
     pairs = zip(event.branches, event.frequencies, strict=True)
-    own = [math.nan if name != label or y is None else y for name, y in pairs]
+    frequencies = [math.nan if name != label or y is None else y for name, y in pairs]
     if EVENT_KINDS[event.kind].jumps:
-        before, after = own
+        before, after = frequencies
         return [before, math.nan, after]
-    return [y for y in own if math.isfinite(y)]
+    return [y for y in frequencies if math.isfinite(y)]
 
 
 def _mark(event: Event) -> dict[str, Any]:

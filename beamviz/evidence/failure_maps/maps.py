@@ -176,9 +176,9 @@ def compute_maps(quick: bool, pool: Executor) -> list[Map]:
         for number, (plane, gammas, values) in enumerate(grids)
         for row, value in enumerate(values)
     ]
-    found = dict(with_progress(completed(pool, lines_of, iter(rows)), len(rows)))
+    lines = dict(with_progress(completed(pool, lines_of, iter(rows)), len(rows)))
     return [
-        Map(*place, by_method([found[number, row] for row in range(len(place[2]))]))
+        Map(*place, by_method([lines[number, row] for row in range(len(place[2]))]))
         for number, place in enumerate(grids)
     ]
 

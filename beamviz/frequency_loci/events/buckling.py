@@ -47,5 +47,5 @@ BUCKLING = EventKind(
     marker="v",
     filled=False,
     locate=bucklings,
-    of_one_state=False,
+    of_single_state=False,
 )

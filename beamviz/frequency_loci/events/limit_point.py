@@ -79,6 +79,6 @@ LIMIT_POINT = EventKind(
     marker="^",
     filled=False,
     locate=limit_points,
-    of_one_state=False,
+    of_single_state=False,
     jumps=True,
 )

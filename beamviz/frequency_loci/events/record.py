@@ -83,7 +83,7 @@ class EventKind:
     # page, and a chart without any says so.
     exchanges_modes: bool = False
     # Whether its branches are modes of one state. Else they are the lowest modes of two states.
-    of_one_state: bool = True
+    of_single_state: bool = True
     # Whether all loci end there, or jump to another state: the first branch of the event is before,
     # the second after it.
     jumps: bool = False

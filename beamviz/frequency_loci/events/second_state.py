@@ -40,5 +40,5 @@ SECOND_STATE = EventKind(
     marker="s",
     filled=False,
     locate=second_states,
-    of_one_state=False,
+    of_single_state=False,
 )
