@@ -211,8 +211,8 @@ def display_unit(number: str, units: Units | None) -> DisplayUnit | None:
 
 
 def suited_unit(quantity: str, unit_size: float, typical: float = 1.0) -> DisplayUnit:
-    """A quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI, in the unit for a typical
-    dimensionless value."""
+    """A quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI, in the unit for a
+    typical dimensionless value."""
     unit, size = unit_for(quantity, unit_size * typical)
     return DisplayUnit(unit, unit_size / size)
 

@@ -98,8 +98,8 @@ def in_unit(label: str, symbol: str, display: DisplayUnit) -> Measure:
 def si_measure(
     label: str, symbol: str, quantity: str, unit_size: float, typical: float = 1.0
 ) -> Measure:
-    """The display of a quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI; with the
-    prefix that suits a typical dimensionless value."""
+    """The display of a quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI; with
+    the prefix that suits a typical dimensionless value."""
     return in_unit(label, symbol, suited_unit(quantity, unit_size, typical))
 
 

@@ -75,7 +75,7 @@ class ChartRequest:
         return Chart(self, x, lines_of(computed, x), computed.events, computed.limits, names)
 
 
-class Line(NamedTuple):
+class LocusLine(NamedTuple):
     """A branch of loci as a line, at values x (n,) of the axis."""
 
     label: str
@@ -96,7 +96,7 @@ class Chart:
 
     request: ChartRequest
     x: np.ndarray  # values of the axis (n,): of the loci and of the events
-    lines: list[Line]
+    lines: list[LocusLine]
     located: tuple[Event, ...]  # events and resonances
     limits: tuple[Limit, ...]
     names: dict[Event, tuple[str, ...]]  # of the modes of each event that is no resonance
@@ -163,7 +163,9 @@ class Chart:
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
 
-def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
+def lines_of(
+    computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None
+) -> list[LocusLine]:
     """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
     a value take a solve: a run with the same name at both ends is taken to have one name."""
     lines, takes_solve = [], computed.problem.gyroscopic
@@ -183,7 +185,7 @@ def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = 
             if kind := family[start]:
                 parts = one_name(name, start, stop)
                 runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
-        lines.append(Line(branch.label, y, runs))
+        lines.append(LocusLine(branch.label, y, runs))
     return lines
 
 
@@ -212,7 +214,7 @@ def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:
     return {"action": over, "x": float(along.factor * getattr(beam, over))} if beam else None
 
 
-def lines_data(lines: Iterable[Line], factor: float) -> list[Data]:
+def lines_data(lines: Iterable[LocusLine], factor: float) -> list[Data]:
     """Lines with the last name as label; those without a frequency are left out."""
     return [
         {"label": line.runs[-1][3], "y": page.sent(factor * line.frequency), "runs": line.runs}

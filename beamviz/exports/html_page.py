@@ -41,7 +41,7 @@ from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
 from beamviz.plotting.labels import HALO
-from beamviz.plotting.loci import Chart
+from beamviz.plotting.loci import LociDrawing
 from beamviz.scene import GIVEN, Scene, ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
 from beamviz.solver import solve_many
@@ -195,7 +195,7 @@ def chart(scene: Scene) -> str:
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(computed.first, axes, multiples, computed.names)
+        drawn = LociDrawing(computed.first, axes, multiples, computed.names)
         if computed.second:
             drawn.draw_second(computed.second)
             axes.text(0.02, 0.99, f"grey: {computed.title}", **IN_CORNER, transform=axes.transAxes)
@@ -204,7 +204,7 @@ def chart(scene: Scene) -> str:
     return element + event_key(drawn)
 
 
-def event_key(drawn: Chart) -> str:
+def event_key(drawn: LociDrawing) -> str:
     """The signs of the events in the chart with their meaning (HTML); "" without any."""
     kinds = {event.kind for event in drawn.events if event.until is None}
     keys = [

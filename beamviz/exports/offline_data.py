@@ -99,7 +99,7 @@ class OfflineScene(Record):
     beams: Sequence[OfflineBeam]
 
 
-class Equilibrium(Record):
+class OfflineEquilibrium(Record):
     """A body at rest: vertices (3 v, speeds) and the triangles of these."""
 
     vertices: Steps
@@ -116,7 +116,7 @@ class OfflineSpeeds(OfflineScene):
     factor: float
     numbers: list[str]
     frequencies: dict[str, list[float]]
-    equilibria: list[Equilibrium]
+    equilibria: list[OfflineEquilibrium]
     arrow: str
     captions: list[list[SceneCaption]]
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
-from beamviz.frequency_loci.branches import Branch, Part, branches_at
+from beamviz.frequency_loci.branches import Branch, LabelledTrack, branches_at
 from beamviz.frequency_loci.events import (
     EVENT_COLUMNS,
     EVENT_KINDS,
@@ -29,7 +29,7 @@ from beamviz.frequency_loci.limits import (
     limits_of,
     stability_changes,
 )
-from beamviz.frequency_loci.path import Path, check_values, first_error
+from beamviz.frequency_loci.path import ParameterPath, check_values, first_error
 from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
 from beamviz.solver import parse_keywords
 from beamviz.solver.problem import Problem
@@ -109,9 +109,9 @@ class Loci:
         return html_table(repr(self), event_columns(self.over, self.units, events))
 
     @property
-    def path(self) -> Path:
+    def path(self) -> ParameterPath:
         """The path of these loci, without the outcomes: each use solves anew."""
-        return Path(self.beam, self.over, self.problem)
+        return ParameterPath(self.beam, self.over, self.problem)
 
     @property
     def units(self) -> Units | None:
@@ -146,7 +146,7 @@ def loci(
     values = check_values("over =", over, values, 2, MAX_POINTS, factor)
     per_rev = check_int("per_rev", per_rev, 0, MAX_PER_REV)
     sought = checked_kinds(kinds, per_rev)
-    path = Path(beam, over, parse_keywords(**options, modes=modes))
+    path = ParameterPath(beam, over, parse_keywords(**options, modes=modes))
     low, high = values[[0, -1]].tolist()
     grid = grid_values(low, high)
     path.solve(np.union1d(grid, values))
@@ -181,7 +181,7 @@ def loci(
     )
 
 
-def _part(path: Path, solved: Range, grid: NDArray) -> Part:
+def _part(path: ParameterPath, solved: Range, grid: NDArray) -> LabelledTrack:
     """The loci on the grid in a range with solutions, with more values towards limits of
     equilibrium."""
     values = grid[(grid >= solved.low) & (grid <= solved.high)]
@@ -190,7 +190,9 @@ def _part(path: Path, solved: Range, grid: NDArray) -> Part:
         towards.append(values_towards(solved.high, values[-1]))
     if solved.ends_low:
         towards.append(values_towards(solved.low, values[0]))
-    return Part(track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards))))
+    return LabelledTrack(
+        track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards)))
+    )
 
 
 def resonances(tracked_loci: Loci, count: int = 1) -> list[Event]:

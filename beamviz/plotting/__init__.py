@@ -55,7 +55,7 @@ def current_axes() -> "Axes":
     return pyplot.gca()
 
 
-class Axis(NamedTuple):
+class PlotAxis(NamedTuple):
     """An axis of a parameter or of the "frequency". convert: from numbers to its units; unit:
     "" without one; symbol: of the parameter."""
 
@@ -74,15 +74,15 @@ class Axis(NamedTuple):
         return f"{gap_number(self.convert(value))} {self.unit}".rstrip()
 
 
-def axis_of(name: str, units: Units | None) -> Axis:
+def axis_of(name: str, units: Units | None) -> PlotAxis:
     """The axis of a parameter or of the "frequency": as on the page, in rpm, kg, mm or m, and Hz
     for a beam in SI."""
     symbol = "ω" if name == "frequency" else NUMBERS[name].symbol
     if display := display_unit(name, units):
         unit, factor = display
-        return Axis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
+        return PlotAxis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
     label = "frequency ω [1/T*]" if name == "frequency" else NUMBERS[name].axis_label
-    return Axis(lambda value: value, label, "", symbol)
+    return PlotAxis(lambda value: value, label, "", symbol)
 
 
 def figure_bytes(figure: "Figure", extension: str) -> bytes:

@@ -69,7 +69,7 @@ def draw_chart(
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, TOP - bottom))
-        chart = Chart(loci, axes, per_rev, names)
+        chart = LociDrawing(loci, axes, per_rev, names)
         if second:
             chart.draw_second(second)
         chart.annotate(per_rev)
@@ -90,14 +90,14 @@ def draw_chart(
 def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
     """See Loci.plot."""
     axes = axes or current_axes()
-    Chart(loci, axes).annotate()
+    LociDrawing(loci, axes).annotate()
     return axes
 
 
 Names = Callable[[float], Mapping[str, str]]  # value -> names of modes by labels of branches
 
 
-class Chart:
+class LociDrawing:
     """Loci on axes, which are in SI where the beam has units; resonances with the multiples
     `per_rev` of the speed alone; names: see `draw_chart`."""
 
@@ -277,7 +277,7 @@ def _mark(event: Event) -> dict[str, Any]:
     return {**MARK, "marker": kind.marker, "mfc": fill, "mec": edge}
 
 
-def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
+def _legend(chart: LociDrawing, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The styles of lines and marks, of those drawn, by their meaning."""
     families = {name for branch in chart.loci.branches for name in branch.family}
     shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}

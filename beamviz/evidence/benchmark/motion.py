@@ -104,7 +104,7 @@ QUICK = MotionEffort(
 )
 
 
-class Row(NamedTuple):
+class MotionRow(NamedTuple):
     """A motion by one solver at one resolution."""
 
     scene: str  # a key of SCENES
@@ -129,7 +129,9 @@ class MapCell(NamedTuple):
 # Time against error
 
 
-def measure(effort: MotionEffort, peers: bool, report: Callable[[str], Any] = print) -> list[Row]:
+def measure(
+    effort: MotionEffort, peers: bool, report: Callable[[str], Any] = print
+) -> list[MotionRow]:
     """Rows of all scenes."""
     rows = []
     for name, scene in SCENES.items():
@@ -139,7 +141,7 @@ def measure(effort: MotionEffort, peers: bool, report: Callable[[str], Any] = pr
         for solver, resolution, tip in works(scene, effort, peers):
             truth = of_exudyn if solver == EXUDYN and of_exudyn is not None else reference
             report(f"{name}: {solver}, {resolution}")
-            rows.append(row_of(Row(name, solver, resolution), tip, truth))
+            rows.append(row_of(MotionRow(name, solver, resolution), tip, truth))
     return rows
 
 
@@ -166,7 +168,7 @@ def works(
             yield EXUDYN, f"{elements} elements, {count} steps", work
 
 
-def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
+def row_of(row: MotionRow, work: Callable[[], NDArray], reference: NDArray) -> MotionRow:
     """The row with its time and error."""
     seconds: list[float] = []
     while len(seconds) < REPEATS or sum(seconds) < LEAST:
@@ -214,7 +216,7 @@ def peer_tip(scene: ComparedMotion, elements: int, steps: int) -> NDArray:
     return exudyn_tip(scene.beam, scene.times, drive, release, elements, steps)
 
 
-def time_to_error(rows: Iterable[Row], scene: str, name: str, target: float) -> float | None:
+def time_to_error(rows: Iterable[MotionRow], scene: str, name: str, target: float) -> float | None:
     """The least time of a row with at most this error, none interpolated."""
     times = [
         row.seconds
@@ -224,7 +226,7 @@ def time_to_error(rows: Iterable[Row], scene: str, name: str, target: float) -> 
     return min(times, default=None)
 
 
-def summary(rows: list[Row], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Iterator[str]:
+def summary(rows: list[MotionRow], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Iterator[str]:
     """Times at equal error relative to auto's."""
     for target in targets:
         yield f"{f'time to tip error {target:g} / auto':34}" + "".join(f"{s:>18}" for s in SCENES)

@@ -8,7 +8,15 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from beamviz.evidence.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, MapCell, Row
+from beamviz.evidence.benchmark.motion import (
+    CUBIC,
+    EXPLICIT,
+    EXUDYN,
+    NAMES,
+    SCENES,
+    MapCell,
+    MotionRow,
+)
 from beamviz.plotting import STYLE, new_figure
 
 # Okabe & Ito: safe for the colour-blind.
@@ -34,7 +42,7 @@ COLUMNS = 3  # of frames in the map
 TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # labelled [s]
 
 
-def draw_curves(rows: list[Row]) -> Figure:
+def draw_curves(rows: list[MotionRow]) -> Figure:
     """Processor time against the error of the tip, a frame for each motion."""
     with rc_context(STYLE):
         figure = new_figure(9.0, 4.4, layout="constrained")
@@ -56,7 +64,7 @@ def draw_curves(rows: list[Row]) -> Figure:
     return figure
 
 
-def front(rows: list[Row]) -> list[tuple[float, float]]:
+def front(rows: list[MotionRow]) -> list[tuple[float, float]]:
     """Error and time of the rows that no other row of the solver beats in both, by time."""
     points = sorted((row.seconds, row.error) for row in rows if not row.reason)
     best = [point for k, point in enumerate(points) if all(p[1] > point[1] for p in points[:k])]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from beamviz.errors import NotConverged
-from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.branches import LabelledTrack
 from beamviz.frequency_loci.events.record import Event, EventKind, Tracked
 from beamviz.frequency_loci.limits import Limit, not_located
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import ParameterPath
 
 
 def coalescences(tracked: Tracked) -> Iterator[Event | Limit]:
@@ -34,7 +34,9 @@ def _squared_difference(s: NDArray) -> NDArray:
     return ((s[:, 0] ** 2 - s[:, 1] ** 2) ** 2).real
 
 
-def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Event | Limit:
+def _coalescence(
+    path: ParameterPath, part: LabelledTrack, k: int, low: float, high: float
+) -> Event | Limit:
     """The point between two values where modes k and k + 1 merge; or that range, where a value in
     it has no solution."""
 

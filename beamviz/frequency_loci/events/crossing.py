@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.branches import LabelledTrack
 from beamviz.frequency_loci.events.record import Event, EventKind, Tracked, is_asked_for
 from beamviz.frequency_loci.limits import Limit, not_located
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import ParameterPath
 from beamviz.frequency_loci.roots import find_roots
 
 
@@ -25,7 +25,7 @@ def crossings(tracked: Tracked) -> Iterator[Event | Limit]:
             yield from _crossings_of_families(tracked.path, part)
 
 
-def _crossings_of_families(path: Path, part: Part) -> Iterator[Event | Limit]:
+def _crossings_of_families(path: ParameterPath, part: LabelledTrack) -> Iterator[Event | Limit]:
     """The crossings of a bending and a stretching locus. Each pair of modes k and l of the two
     families is a function, number k count + l."""
     modes = part.track.modes

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from beamviz.frequency_loci.avoided_crossings import AvoidedCrossing
-from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.branches import LabelledTrack
 from beamviz.frequency_loci.events.record import Event, Field
 
 # Which least gap is a veering. Loci may also come close and turn away by chance, as those of modes
@@ -28,14 +28,14 @@ def is_veering(gap: AvoidedCrossing) -> bool:
     return gap.veering_index >= MIN_INDEX and gap.rotation >= ROTATED
 
 
-def least_gaps(part: Part) -> Iterator[AvoidedCrossing]:
+def least_gaps(part: LabelledTrack) -> Iterator[AvoidedCrossing]:
     """The least gaps that are no crossings, but those that too little is known of."""
     for gap in part.avoided_crossings:
         if gap.least.gap and not math.isnan(gap.veering_index):
             yield gap
 
 
-def event_at(gap: AvoidedCrossing, kind: str, part: Part) -> Event:
+def event_at(gap: AvoidedCrossing, kind: str, part: LabelledTrack) -> Event:
     """The event of a least gap."""
     least = gap.least
     pair = (gap.family, gap.k), (gap.family, gap.k + 1)

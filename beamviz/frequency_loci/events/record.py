@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.branches import LabelledTrack
 from beamviz.frequency_loci.limits import Limit
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import ParameterPath
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class Event:
 class Tracked(NamedTuple):
     """The loci that events are located in, on the grid of the chart."""
 
-    path: Path
+    path: ParameterPath
     grid: NDArray  # (n,) values
-    parts: tuple[Part, ...]  # between limits of equilibrium, ascending
+    parts: tuple[LabelledTrack, ...]  # between limits of equilibrium, ascending
     per_rev: int = 0  # number of the multiples of the speed whose resonances are asked for
 
 

@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.branches import LabelledTrack
 from beamviz.frequency_loci.events.record import Event, EventKind, Field, Tracked, is_asked_for
 from beamviz.frequency_loci.limits import Limit, not_located
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import ParameterPath
 from beamviz.frequency_loci.roots import find_roots
 
 SAME = 1e-9  # of 1 + omega^2: distance from a line below which a locus lies on it
@@ -23,7 +23,9 @@ def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
             yield from _resonances_of(tracked.path, part, multiples)
 
 
-def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event | Limit]:
+def _resonances_of(
+    path: ParameterPath, part: LabelledTrack, multiples: NDArray
+) -> Iterator[Event | Limit]:
     """The resonances with some multiples of the speed. Each pair of a multiple and a mode is a
     function, number (index of the multiple) x modes + mode. A locus that lies on a line has one
     resonance all along: out of the plane of rotation a hinged beam on the axis vibrates with the
@@ -61,7 +63,7 @@ def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event
 
 
 def _resonances_all_along(
-    part: Part, multiples: NDArray, lies_on_line: NDArray
+    part: LabelledTrack, multiples: NDArray, lies_on_line: NDArray
 ) -> Iterator[Event | Limit]:
     """The resonances of loci that lie on a line, one for each range of values of the grid.
     lies_on_line: (n, multiples, modes) for modes by family."""

@@ -11,7 +11,7 @@ from beamviz.evidence.benchmark.motion import (
     EXUDYN_MODEL,
     FINEST,
     SCENES,
-    Row,
+    MotionRow,
     map_cell,
     map_problem,
     motion_of_map,
@@ -63,7 +63,7 @@ def test_rows(monkeypatch):
     monkeypatch.setattr(benchmark_motion, "LEAST", 0.0)
     scene = SCENES["Kane's manoeuvre"]
     tip = np.zeros((scene.instants + 1, 2))
-    blank = Row("Kane's manoeuvre", "auto", "tolerance 0.001")
+    blank = MotionRow("Kane's manoeuvre", "auto", "tolerance 0.001")
     row = row_of(blank, lambda: tip, tip + 1e-4)
     assert row.error == pytest.approx(np.sqrt(2) * 1e-4)
 
