@@ -138,13 +138,13 @@ ROUNDING = 1e-9  # relative, of a value that was meant to be at the end of a run
 
 
 class Scale(NamedTuple):
-    """A unit of one of the numbers of a beam. of: its value where the number is 1, None where the
-    size of the beam is not known so far; quantity: in SI; key: the name of a column of values."""
+    """A unit of a number of a beam."""
 
     number: str
     unit: str
-    quantity: str
-    key: str
+    quantity: str  # in SI
+    key: str  # the name of a column of values
+    # Its value where the number is 1, None where the size of the beam is not known that far.
     of: Callable[[Units], float | None]
 
 

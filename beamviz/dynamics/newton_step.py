@@ -17,7 +17,9 @@ DIVERGED = 2.0  # ratio of successive Newton steps at which a step is given up
 CONVERGED, LEFT = 1e-3, 0.5
 ROUNDED = 1e-11  # [L] a Newton step that may be rounding error
 SAME = 1e-9  # relative: differences of steps of equal length are rounding errors
-BEFORE = 1 - 1e-9  # the end of a step belongs to it where the speed has a corner
+# Instants of a step are at most this part of it, so that the speed at its end is that before a
+# corner of the speed there.
+BEFORE = 1 - 1e-9
 
 
 @dataclass

@@ -28,16 +28,19 @@ COMPARED = 401  # times at which the tips of two runs are compared
 REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 FINER = 32.0  # tolerance of adaptive steps over that of the finer motion, at a given resolution
-# Steps in a row of the first run whose median length is that of the others, where it is the least:
-# later ones may have lost a vibration that does not fade, and of which no finer run would tell.
+# The equal steps of the later runs have the least median length of this many consecutive steps of
+# the first run. Its longest steps would not do: an undamped vibration may be lost in them, and then
+# no comparison of finer runs shows that it is missing.
 SUSTAINED = 8
-GROWING = 2.0  # times as long is the step after one whose length follows from that before it
-# The error estimate: this times the changes to come, by halved steps and finer meshes, if each is
-# the last one times the ratio of the last two, and a part of the tolerance for vibrations that none
-# of them resolves; measured by scripts/measure_motion_error_bars.py.
+GROWING = 2.0  # ratio of two successive steps above which the first counts as a step of the start
+# The error estimate is ESTIMATE times the sum of the changes by further refinements, which is taken
+# for a geometric series with the ratio of the last two changes, and UNRESOLVED times the tolerance
+# for vibrations that no run resolves. scripts/measure_motion_error_bars.py measures both.
 ESTIMATE, UNRESOLVED = 2.0, 0.1
 LEAST_RATIO, GREATEST_RATIO = 0.2, 0.6
-COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
+# The error estimate of the coarser of two motions at a given resolution is COARSER times their
+# difference; 4/3 would be enough where the second order of convergence has been reached.
+COARSER = 2.0
 
 
 Attempt = IntegratedMotion | BeamvizError  # a motion, or why it could not be computed

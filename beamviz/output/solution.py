@@ -104,7 +104,7 @@ def solution_table(solution: Solution) -> str:
     """The beam, its equilibrium and its modes, to be read in a terminal."""
     stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
-        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
+        f"{solution.problem.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
     return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])

@@ -56,13 +56,12 @@ def current_axes() -> "Axes":
 
 
 class PlotAxis(NamedTuple):
-    """An axis of a parameter or of the "frequency". convert: from numbers to its units; unit:
-    "" without one; symbol: of the parameter."""
+    """An axis of a parameter or of the "frequency"."""
 
-    convert: Callable[[Any], Any]
+    convert: Callable[[Any], Any]  # from dimensionless numbers to the unit
     label: str
-    unit: str
-    symbol: str
+    unit: str  # "" without one
+    symbol: str  # of the parameter
 
     def place(self, value: float) -> str:
         """A place on it, as on the page: "γ = 9.3733" or "42.630 rpm"."""
