@@ -109,7 +109,7 @@ def test_events_as_csv_for_pandas(run, tmp_path):
     assert {dtype.kind for dtype in pandas.read_csv(io.StringIO(out)).dtypes} == {"f"}
     table = pandas.read_csv(file)
     events = strict(run(*line, "json")[1])["events"]
-    assert [event["kind"] for event in events] == ["resonance", "veering"]
+    assert {"resonance", "veering"} <= {event["kind"] for event in events}
     assert {"until", "until_rpm"} <= {*table.columns}
     for row, event in zip(table.to_dict("records"), events, strict=True):
         found = {name: value for name, value in row.items() if not pandas.isna(value)}

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 import pytest
-from helpers import sorted_frequencies
+from helpers import KNOWN_KINDS, sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.frequency_loci import Event, at_values
@@ -102,7 +102,8 @@ def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
 
 def test_flapwise():
     """Coriolis forces do not act out of the plane of rotation: the families cross."""
-    events = loci(TIP, "gamma", np.linspace(0, 10, 41), plane="flapwise", coriolis=True).events
+    options = {"plane": "flapwise", "coriolis": True, "kinds": KNOWN_KINDS}
+    events = loci(TIP, "gamma", np.linspace(0, 10, 41), **options).events
     assert {event.kind for event in events} == {"crossing"}
 
 
@@ -131,7 +132,7 @@ def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
 @pytest.fixture(scope="module")
 def tip():
     """Over the speed: S1 crosses B3 at 4.4641 and B2 at 16.319."""
-    return loci(TIP, "gamma", np.linspace(0, 20, 21))
+    return loci(TIP, "gamma", np.linspace(0, 20, 21), kinds=KNOWN_KINDS)
 
 
 def test_a_branch_by_its_label(tip):
