@@ -7,8 +7,12 @@ length that the controller then proposes.
 """
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Self
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from beamviz.dynamics.newton_step import Step
@@ -19,6 +23,11 @@ SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 3.0  # of the next step over this one
 REPEATED = 2.0  # times the tolerance: a step that is worse is repeated
 RECOVERY = 1.02  # of the longest step, in each step after a failure
 GROWS = 1.2  # a smaller growth is not worth new factors
+# Of steps of equal length: it is the least median length of this many consecutive adaptive steps.
+# Their longest would not do: an undamped vibration may be lost in it, and then no comparison of
+# finer motions shows that it is missing.
+SUSTAINED = 8
+GROWING = 2.0  # ratio of two successive steps above which the first counts as a step of the start
 LEAST_EXCESS = 1e-12  # of the error of a step over the tolerance
 
 
@@ -75,9 +84,36 @@ class GivenSteps(Controller):
         super().__init__()
         self.ends = ends
 
+    @classmethod
+    def divided(cls, ends: NDArray, times: int) -> Self:
+        """The steps between these ends, each divided into equal ones."""
+        parts = np.linspace(ends[:-1], ends[1:], times, endpoint=False, axis=1)
+        return cls(np.append(parts.ravel(), ends[-1]))
+
+    @classmethod
+    def of_equal_length(cls, ends: NDArray, corners: Sequence[float], times: int) -> Self:
+        """Steps of equal length between two corners, which are the first and the last time and
+        those at which the motion is not smooth; `times` as many as there would be of the shortest
+        sustained length of the steps between these ends."""
+        parts = [np.zeros(1)]
+        for start, stop in pairwise(corners):
+            inside = (ends[1:] > start) & (ends[1:] <= stop)
+            length = shortest_sustained(np.diff(ends)[inside])
+            count = math.ceil((stop - start) / length - 1e-6)
+            parts.append(np.linspace(start, stop, times * count + 1)[1:])
+        return cls(np.concatenate(parts))
+
     def length(self, t: float) -> float:
         index = np.searchsorted(self.ends[:-1], t * (1 + 1e-12), side="right")
         return min(float(self.ends[index]) - t, self.longest)
+
+
+def shortest_sustained(lengths: NDArray) -> float:
+    """The least median length of SUSTAINED steps in a row, without those at the start that only
+    grow from a shorter one."""
+    settled = lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
+    rows = sliding_window_view(settled, min(SUSTAINED, len(settled)))
+    return float(np.median(rows, axis=1).min())
 
 
 class EqualSteps(Controller):

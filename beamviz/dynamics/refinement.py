@@ -8,15 +8,12 @@ that are sustained: with adaptive steps of their own they took five times as lon
 """
 
 import math
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.dynamics.controllers import AdaptiveSteps, EqualSteps, GivenSteps
+from beamviz.dynamics.controllers import AdaptiveSteps, Controller, EqualSteps, GivenSteps
 from beamviz.dynamics.initial_value import Mesh, initial_value_problem
 from beamviz.dynamics.integration import Budget, IntegratedMotion, integrate
 from beamviz.dynamics.meshes import first_mesh, refined
@@ -28,11 +25,6 @@ COMPARED = 401  # times at which the tips of two runs are compared
 REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 FINER = 32.0  # tolerance of adaptive steps over that of the finer motion, at a given resolution
-# The equal steps of the later runs have the least median length of this many consecutive steps of
-# the first run. Its longest steps would not do: an undamped vibration may be lost in them, and then
-# no comparison of finer runs shows that it is missing.
-SUSTAINED = 8
-GROWING = 2.0  # ratio of two successive steps above which the first counts as a step of the start
 # The error estimate is ESTIMATE times the sum of the changes by further refinements, which is taken
 # for a geometric series with the ratio of the last two changes, and UNRESOLVED times the tolerance
 # for vibrations that no run resolves. scripts/measure_motion_error_bars.py measures both.
@@ -62,12 +54,14 @@ def to_tolerance(problem: MotionProblem, solution: Solution) -> RefinedMotion:
     their number is doubled while the orders of the mesh are raised. Without damping there is one
     more in between, with about as many steps as in the first, of equal length.
     """
-    mesh, steps, budget = first_mesh(fastest(problem), problem.statics), None, Budget()
-    last, change = attempt(problem, solution, mesh, steps, budget), math.inf
+    mesh, budget = first_mesh(fastest(problem), problem.statics), Budget()
+    controller: Controller = AdaptiveSteps(TAIL * problem.tolerance)
+    last, change = attempt(problem, solution, mesh, controller, budget), math.inf
     for runs in range(2, REFINEMENTS + 2):
         doubled = runs > 2 or problem.damping > 0
-        before, steps, mesh = last, divided_steps(problem, last, 1 + doubled), refined(mesh)
-        last, change_before = attempt(problem, solution, mesh, steps, budget), change
+        controller, mesh = controller_after(problem, last, 1 + doubled), refined(mesh)
+        before, change_before = last, change
+        last = attempt(problem, solution, mesh, controller, budget)
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(problem, last, before)
@@ -137,44 +131,27 @@ def estimate(problem: MotionProblem, change: float, before: float) -> float:
 
 
 def attempt(
-    problem: MotionProblem, solution: Solution, mesh: Mesh, ends: NDArray | None, budget: Budget
+    problem: MotionProblem, solution: Solution, mesh: Mesh, controller: Controller, budget: Budget
 ) -> Attempt:
-    """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
-    succeed."""
-    tolerance = TAIL * problem.tolerance
-    controller = AdaptiveSteps(tolerance) if ends is None else GivenSteps(ends)
+    """A motion on a mesh, or its failure: a finer one may succeed."""
+    tolerance, progress = TAIL * problem.tolerance, problem.report
     try:
         discrete = initial_value_problem(problem, solution, mesh)
-        return integrate(discrete, controller, tolerance, budget=budget, progress=problem.report)
+        return integrate(discrete, controller, tolerance, budget=budget, progress=progress)
     except (NoEquilibrium, NotConverged) as error:
         return error
 
 
-def divided_steps(problem: MotionProblem, coarse: Attempt, times: int) -> NDArray | None:
-    """The ends of once or twice as many steps as in a run; None where it has failed. With damping
-    they are its steps, divided; without, they are equal in each smooth part of the motion: an
+def controller_after(problem: MotionProblem, coarse: Attempt, times: int) -> Controller:
+    """The steps of the next motion: `times` as many as in a coarser one, or adaptive ones where it
+    has failed. Without damping they are of equal length in each smooth part of the motion: an
     undamped vibration does not fade, and longer steps later would lose it."""
     if isinstance(coarse, BeamvizError):
-        return None
+        return AdaptiveSteps(TAIL * problem.tolerance)
+    ends = coarse.trajectory.t
     if problem.damping:
-        t = coarse.trajectory.t
-        return np.append(np.linspace(t[:-1], t[1:], times, endpoint=False, axis=1).ravel(), t[-1])
-    corners = sorted({0.0, *problem.corners, problem.until})
-    ends = [np.zeros(1)]
-    for start, end in pairwise(corners):
-        t = coarse.trajectory.t
-        length = shortest_sustained(np.diff(t)[(t[1:] > start) & (t[1:] <= end)])
-        count = math.ceil((end - start) / length - 1e-6)
-        ends.append(np.linspace(start, end, times * count + 1)[1:])
-    return np.concatenate(ends)
-
-
-def shortest_sustained(lengths: NDArray) -> float:
-    """The least median length of SUSTAINED steps in a row, without those that only grow from a
-    shorter one, at the start."""
-    settled = lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
-    rows = sliding_window_view(settled, min(SUSTAINED, len(settled)))
-    return float(np.median(rows, axis=1).min())
+        return GivenSteps.divided(ends, times)
+    return GivenSteps.of_equal_length(ends, sorted({0.0, *problem.corners, problem.until}), times)
 
 
 def difference(problem: MotionProblem, first: Attempt, second: Attempt) -> float:
