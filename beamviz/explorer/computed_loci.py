@@ -183,18 +183,18 @@ def lines_of(
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
             if kind := family[start]:
-                parts = one_name(name, start, stop)
+                parts = runs_of_a_name(name, start, stop)
                 runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
         lines.append(LocusLine(branch.label, y, runs))
     return lines
 
 
-def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
+def runs_of_a_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
     """The parts of a run of points in which a name is constant if it is the same at both ends."""
     middle = (start + stop) // 2
     if middle == start or name(start) == name(stop - 1):
         return [(start, stop)]
-    return one_name(name, start, middle) + one_name(name, middle, stop)
+    return runs_of_a_name(name, start, middle) + runs_of_a_name(name, middle, stop)
 
 
 def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -251,7 +251,7 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
     lines = data["lines"] + lines_data(chart.lines, across.factor)
-    bands, own_marks = bands_data(chart, multiples), marks(chart, multiples)
+    bands, event_marks = bands_data(chart, multiples), marks(chart, multiples)
     band_keys = [{"style": "line band", "text": "resonance along a per-rev line"}] if bands else []
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
@@ -261,8 +261,8 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
             [*(float(along.factor * x) for x in (limit.start, limit.stop)), FAILURES[limit.kind]]
             for limit in chart.limits
         ],
-        "marks": own_marks,
-        "keys": [*page.keys(lines, own_marks), *band_keys],
+        "marks": event_marks,
+        "keys": [*page.keys(lines, event_marks), *band_keys],
     }
 
 
@@ -270,9 +270,12 @@ def bands_data(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """The resonances along lines of multiples of the speed as wide lines behind the loci."""
     along, across = chart.request.measures
     bands = []
-    for one in chart.resonances_along(multiples):
-        x = np.array([one.at, one.until])
-        ends = {"at": page.sent(along.factor * x), "y": page.sent(across.factor * one.per_rev * x)}
+    for event in chart.resonances_along(multiples):
+        x = np.array([event.at, event.until])
+        ends = {
+            "at": page.sent(along.factor * x),
+            "y": page.sent(across.factor * event.per_rev * x),
+        }
         bands.append({"label": "", **ends, "runs": [[0, 1, "band", ""]]})
     return bands
 

@@ -46,9 +46,9 @@ def checked_kinds(kinds: Collection[str] | None, per_rev: int) -> tuple[EventKin
     """The kinds of these names, by default all but those on request; resonances where multiples of
     the speed are asked for. Raises InvalidInput for an unknown name, which lists the names, and for
     resonances without multiples."""
-    names = {kind.name for kind in KINDS if not kind.on_request} if kinds is None else set(kinds)
-    for name in names:
-        check_choice("kind", name, EVENT_KINDS)
+    if kinds is None:
+        kinds = [kind.name for kind in KINDS if not kind.on_request]
+    names = {check_choice("kind", name, EVENT_KINDS) for name in kinds}
     if RESONANCE.name in names and not per_rev:
         raise InvalidInput("kind resonance: needs per_rev = 1 or more (--per-rev)")
     if per_rev:

@@ -61,8 +61,8 @@ class Field(NamedTuple):
     """A number that the events of a kind have beside those of all events."""
 
     name: str  # the attribute of the record, the key in JSON and the column in CSV
-    heading: str = ""  # of its column in tables for readers, where it is not with a heading
-    form: str = "{:.3f}"  # of a number in these tables
+    heading: str = ""  # of its column in tables for readers; without it these leave it out
+    form: str = "{:.3f}"  # how these write the number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +74,8 @@ class EventKind:
     sign: str  # its mark in charts and lists of the page, a character
     marker: str  # the same mark in pictures, as matplotlib names it
     filled: bool  # whether this is filled
+    # The events of this kind, in any order, and the ranges of those that could not be located.
     locate: Callable[[Tracked], Iterator[Event | Limit]]
-    """The events of this kind, in any order, and the ranges of those that could not be located."""
     fields: tuple[Field, ...] = ()
     plural: str = ""  # the name with an s where none is given
     on_request: bool = False  # whether `loci` looks for it only where it is named
