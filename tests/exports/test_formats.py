@@ -7,9 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 from beamviz.cli.commands import EXPORT_HELP, app
+from beamviz.cli.motion import OUT
 from beamviz.explorer.features.files import KINDS
 from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.exports import export
+from beamviz.exports.motion_files import SUFFIXES
 from beamviz.scene import Scene
 
 REFERENCE = (Path(__file__).parents[2] / "assets" / "reference.md").read_text()
@@ -34,3 +36,10 @@ def test_every_format_is_listed(row):
     assert re.search(row_of_command, REFERENCE, re.MULTILINE), (
         "add it to the table of files in assets/reference.md"
     )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_every_format_of_a_motion_is_listed(suffix):
+    """In the help of the command; the page offers a choice of them."""
+    assert suffix[1:] in re.split(r"\W", OUT.metavar), "add it to OUT of beamviz/cli/motion.py"
+    assert suffix[1:] in re.split(r"\W", OUT.help), "add it to OUT of beamviz/cli/motion.py"
