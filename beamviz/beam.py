@@ -96,30 +96,24 @@ ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 @dataclass(frozen=True, repr=False)
 class Beam:
-    """A beam on a rotating hub with a concentrated mass (paper, eq. 45).
-
-    alpha: mass ratio m / (rho A L), beta: mass location d / L, gamma: speed Omega T*,
-    delta: hub radius a / L (negative: the beam points inward), mu: slenderness
-    sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
-    lambda = T*^2 dOmega/dt of a beam whose speed changes.
-
-    Of a beam that is not uniform (rho A, E I and E A are those of its root section): blade: its
-    properties along the span; masses: more bodies on it; root: stiffness [E I / L] of a rotational
-    spring at the root, 0 for a hinge, infinite for a clamp.
+    """A beam on a rotating hub with a concentrated mass (paper, eq. 45), by dimensionless numbers:
+    lengths in L, times in T* = sqrt(rho A L^4 / (E I)). Of a beam that is not uniform rho A, E I
+    and E A are those of its root section.
 
     Raises InvalidInput (a ValueError) that names the number, its value and its limits, or for a
     mistyped keyword the nearest.
     """
 
-    alpha: float = 0.0
-    beta: float = 1.0
-    gamma: float = 0.0
-    delta: float = 0.0
-    mu: float = 70.0
-    units: Units | None = None
-    spin_up: float = 0.0
-    blade: Blade | None = None
-    masses: tuple[Mass, ...] = ()
+    alpha: float = 0.0  # mass ratio m / (rho A L)
+    beta: float = 1.0  # mass location d / L
+    gamma: float = 0.0  # speed Omega T*
+    delta: float = 0.0  # hub radius a / L; negative: the beam points inward
+    mu: float = 70.0  # slenderness sqrt(A L^2 / I)
+    units: Units | None = None  # of a beam given in SI
+    spin_up: float = 0.0  # lambda = T*^2 dOmega/dt of a beam whose speed changes
+    blade: Blade | None = None  # properties along the span
+    masses: tuple[Mass, ...] = ()  # more bodies
+    # Stiffness [E I / L] of a rotational spring at the root: 0 for a hinge, infinite for a clamp.
     root: float = math.inf
 
     def __new__(cls, *_: Any, **numbers: Any) -> Self:

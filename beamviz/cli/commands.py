@@ -30,6 +30,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
+from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.files import check_suffix, check_writable, json_text, replaced
 from beamviz.signals import Terminated
 from beamviz.solver.problem import Problem
@@ -55,12 +56,17 @@ KEY_FILE_HELP = (
     " key for each run)."
 )
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
-EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
-EXPORT_HELP = (
-    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
-    " the modes, and in a second file equilibrium and shapes; npz: the same as arrays; png, svg,"
-    " pdf: with --sweep, a map of the frequency of --mode over two parameters."
+KIND_HELP = (
+    "A kind of events to look for; repeat the option for more (default: all but those on request,"
+    " see the table in assets/reference.md)."
 )
+EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
+EXPORTS = {suffix[1:]: row.text for suffix, row in EXPORT_FORMATS.items()}
+EXPORT_HELP = "; ".join(f"{name}: {text}" for name, text in EXPORTS.items())
+EXPORT_HELP += (
+    "; png, svg, pdf: with --sweep, a map of the frequency of --mode over two parameters."
+)
+EXPORT_NAMES = "OUT." + "|".join([*EXPORTS, "png", "svg", "pdf"])
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "what is written is kept: run the same command again to resume"
 REPEATED = 2.0  # [s] a first solve may take whose time is that of a second one
@@ -125,17 +131,19 @@ def loci(
     ] = None,
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
+    kind: Annotated[list[str] | None, option(KIND_HELP, metavar="NAME")] = None,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
 ) -> None:
-    """Frequencies over one parameter, tracked, with their crossings and veerings.
+    """Frequencies over one parameter, tracked, with their events: crossings, veerings and more.
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
     from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output.loci import LOCI_FORMATS, events_csv
 
-    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "events", "per_rev"])
+    others = ["over", "format", "plot", "events", "per_rev", "kind"]
+    check_store_options(context, sweep, ["at"], others)
     if events:
         check_suffix(events, [".csv"])
         check_writable(events)
@@ -160,7 +168,7 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
-    tracked = loci(beam, over, values, modes, per_rev, **options)
+    tracked = loci(beam, over, values, modes, per_rev, kind or None, **options)
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
     if events:
@@ -331,9 +339,7 @@ def animate(
 def export(
     scene: Any,
     context: typer.Context,
-    path: Annotated[
-        Path, typer.Argument(help=EXPORT_HELP, metavar="OUT.html|glb|csv|npz|png|svg|pdf")
-    ],
+    path: Annotated[Path, typer.Argument(help=EXPORT_HELP, metavar=EXPORT_NAMES)],
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
         str,
