@@ -32,17 +32,13 @@ SAMPLES = 33  # of a segment, at which a polynomial has to be above 0
 
 @dataclass(frozen=True)
 class Mass:
-    """A body on the beam.
+    """A body on the beam; rho A is that of the root section. Raises InvalidInput that names the
+    number, its value and its limits."""
 
-    alpha: its mass m / (rho A L), beta: its position d / L, inertia: principal moments of inertia
-    (Jx, Jy, Jz) over rho A L^3, about the axes along the beam, across it in the plane of rotation,
-    and parallel to the axis of rotation. rho A is that of the root section.
-
-    Raises InvalidInput that names the number, its value and its limits.
-    """
-
-    alpha: float
-    beta: float
+    alpha: float  # mass m / (rho A L)
+    beta: float  # position d / L
+    # Principal moments of inertia (Jx, Jy, Jz) over rho A L^3, about the axes along the beam,
+    # across it in the plane of rotation, and parallel to the axis of rotation.
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -99,23 +95,20 @@ class Segment(NamedTuple):
 class Blade:
     """Properties along the span, relative to the root section, where each of them but flap is 1.
 
-    x: stations from 0 to 1, ascending; a station named twice is a jump. mass: mass of a unit of
-    length; bending: bending stiffness in the plane of rotation; axial: axial stiffness; flap:
-    bending stiffness out of that plane, over `bending` at the root, or None where it is `bending`.
-    twist: angle [deg] by which a section is turned about the axis of the beam, from the plane of
-    rotation towards the axis of rotation, beyond the pitch of the root, or None without a twist.
-    Between two stations a property is linear. With a higher `degree` it is a polynomial through
-    degree + 1 successive stations: 0 .. degree are one segment, degree .. 2 degree the next.
-
     Raises InvalidInput that names the property, its value and its limits.
     """
 
-    x: tuple[float, ...]
-    mass: tuple[float, ...]
-    bending: tuple[float, ...]
-    axial: tuple[float, ...]
+    x: tuple[float, ...]  # stations from 0 to 1, ascending; a station named twice is a jump
+    mass: tuple[float, ...]  # mass of a unit of length
+    bending: tuple[float, ...]  # bending stiffness in the plane of rotation
+    axial: tuple[float, ...]  # axial stiffness
+    # Bending stiffness out of that plane, over `bending` at the root; None where it is `bending`.
     flap: tuple[float, ...] | None = None
+    # Between two stations a property is linear. With a higher degree it is a polynomial through
+    # degree + 1 successive stations: 0 .. degree are a segment, degree .. 2 degree the next.
     degree: int = 1
+    # Angle [deg] by which a section is turned about the axis of the beam, from the plane of
+    # rotation towards the axis of rotation, beyond the pitch of the root; None without a twist.
     twist: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:

@@ -68,17 +68,17 @@ def check_floats(
     that are not."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise InvalidInput(f"{name} = {values!r}: must be a sequence of numbers")
-    found, wrong = [], dict[str, list[str]]()  # wrong: the values by what they must do
+    numbers, wrong = [], dict[str, list[str]]()  # wrong: the values by what they must do
     for value in values:
         number, rule = checked(value, low, high)
         if number is None:
             wrong.setdefault(rule, []).append(shown_text(value))
         else:
-            found.append(number)
+            numbers.append(number)
     if wrong:
         texts = (f"{name} = {', '.join(those)}: must {rule}" for rule, those in wrong.items())
         raise InvalidInput("; ".join(texts))
-    return tuple(found)
+    return tuple(numbers)
 
 
 def check_choice(name: str, value: Any, choices: Collection[str]) -> str:

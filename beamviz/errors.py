@@ -79,10 +79,10 @@ def to_keep(error: E) -> E:
     """An error that is kept as an answer: without the frames in which it, and those that it
     followed, were raised. Their matrices would be kept as well: of a deflected blade several
     megabytes for each error."""
-    one: BaseException | None = error
-    while one is not None:
-        one.__traceback__ = None
-        one = one.__context__
+    raised: BaseException | None = error
+    while raised is not None:
+        raised.__traceback__ = None
+        raised = raised.__context__
     return error
 
 
@@ -113,7 +113,7 @@ def nearest(name: str, known: Collection[str]) -> str:
     def number(text: str) -> str:
         return "".join(filter(str.isdigit, text))
 
-    by_lower = {one.lower(): one for one in known if number(one) in ("", number(name))}
+    by_lower = {word.lower(): word for word in known if number(word) in ("", number(name))}
     near = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
     return by_lower[near[0]] if near else ""
 

@@ -42,10 +42,10 @@ def libraries(extra: str) -> Iterator[str]:
         requirement, _, marker = line.partition(";")
         if not re.search(f"""extra == ['"]{extra}['"]""", marker):
             continue
-        own = re.fullmatch(rf"{DISTRIBUTION}\[(.*)\]", requirement.strip())
-        for inner in own[1].split(",") if own else ():
+        extras = re.fullmatch(rf"{DISTRIBUTION}\[(.*)\]", requirement.strip())
+        for inner in extras[1].split(",") if extras else ():
             yield from libraries(inner)
-        if not own:
+        if not extras:
             yield requirement.strip()
 
 

@@ -8,20 +8,16 @@ from beamviz.si import PhysicalBeam
 
 
 class Rule(NamedTuple):
-    """A range outside which a quantity is seldom meant.
-
-    of: the quantity of a beam, at each station or once; below, above: the likely mistake where it
-    is too small or too large; reason: what the range was drawn from.
-    """
+    """A range outside which a quantity is seldom meant."""
 
     quantity: str
     unit: str
-    of: Callable[[PhysicalBeam], Iterable[float]]
+    of: Callable[[PhysicalBeam], Iterable[float]]  # its values, at each station or a single one
     least: float
     most: float
-    below: str
-    above: str
-    reason: str
+    below: str  # the likely mistake where it is too small
+    above: str  # the likely mistake where it is too large
+    reason: str  # source of the range
 
 
 def tip_speed(beam: PhysicalBeam) -> Iterable[float]:

@@ -58,18 +58,13 @@ class Camera:
 
 @dataclass(frozen=True)
 class Second:
-    """A second beam that is drawn with that of a scene.
+    """A second beam that is drawn with that of a scene. Raises InvalidInput."""
 
-    beam: None for that of the scene; options: those of the model that are not as in the scene;
-    title: beside it; stacked: it is above the first one, not overlaid; choice: how the explorer
-    makes it of the first one. A GIVEN one stays as it is when the first one changes. Raises
-    InvalidInput.
-    """
-
-    beam: Beam | None = None
-    options: dict[str, Any] = field(default_factory=dict)
-    title: str = "before"
-    stacked: bool = False
+    beam: Beam | None = None  # None for that of the scene
+    options: dict[str, Any] = field(default_factory=dict)  # of the model, unlike in the scene
+    title: str = "before"  # the text beside it
+    stacked: bool = False  # whether it is above the first beam, not overlaid
+    # How the explorer makes it of the first beam; GIVEN: it stays as it is when that changes.
     choice: str = GIVEN
 
     def __post_init__(self) -> None:
@@ -106,28 +101,20 @@ class Second:
 
 @dataclass(frozen=True)
 class ViewOptions:
-    """Options of the drawing of a beam and its motion.
+    """Options of the drawing of a beam and its motion. Raises InvalidInput, which names the option,
+    its value and the values allowed."""
 
-    shares: contributions of mode 1, 2 ... to the motion, each 0 .. 1; amplitude: largest
-    displacement drawn [beam lengths], 0 .. 0.4; pace: playback speed, 0 .. 4 times the default;
-    rotating_frame: the camera rotates with the hub; colouring: "displacement" or "axial strain";
-    ghosts: the undeformed beam and its equilibrium; nodes: vibration nodes; thicken: a slender beam
-    is drawn thicker; all_modes: each mode in a row of its own; dark: dark colours.
-
-    Raises InvalidInput, which names the option, its value and the values allowed.
-    """
-
-    shares: tuple[float, ...] = (0.0, 1.0)
-    amplitude: float = 0.15
+    shares: tuple[float, ...] = (0.0, 1.0)  # contributions of mode 1, 2 ..., each 0 .. 1
+    amplitude: float = 0.15  # largest displacement drawn [beam lengths], 0 .. 0.4
     playing: bool = True
-    pace: float = 1.0
-    rotating_frame: bool = True
-    colouring: str = COLOURINGS[0]
-    ghosts: bool = True
-    nodes: bool = True
-    thicken: bool = False
-    all_modes: bool = False
-    dark: bool = False
+    pace: float = 1.0  # playback speed, 0 .. 4 times the default
+    rotating_frame: bool = True  # whether the camera rotates with the hub
+    colouring: str = COLOURINGS[0]  # "displacement" or "axial strain"
+    ghosts: bool = True  # whether the undeformed beam and its equilibrium are drawn
+    nodes: bool = True  # whether vibration nodes are marked
+    thicken: bool = False  # whether a slender beam is drawn thicker
+    all_modes: bool = False  # whether each mode has its row
+    dark: bool = False  # whether the colours are dark
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -214,21 +201,16 @@ KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
 @dataclass(frozen=True)
 class Scene:
-    """All data of a picture or film of the explorer.
-
-    options: keywords of `solve` that describe the model; camera: None fits the beam into the
-    picture; over: the abscissa of the loci chart; per_rev: the multiples of the speed in it, True
-    for all of PER_REV; second: a beam drawn with it. Raises InvalidInput for a value out of range
-    and for an unknown option.
-    """
+    """All data of a picture or film of the explorer. Raises InvalidInput for a value out of range
+    and for an unknown option."""
 
     beam: Beam = field(default_factory=Beam)
-    options: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)  # keywords of `solve`: the model
     view: ViewOptions = field(default_factory=ViewOptions)
-    camera: Camera | None = None
-    over: str = "gamma"
-    per_rev: tuple[int, ...] = ()
-    second: Second | None = None
+    camera: Camera | None = None  # None fits the beam into the picture
+    over: str = "gamma"  # the abscissa of the loci chart
+    per_rev: tuple[int, ...] = ()  # multiples of the speed in it; True for all of PER_REV
+    second: Second | None = None  # a beam drawn with it
 
     def __post_init__(self) -> None:
         check_keys(self.options, LINKED["model"], "the model")

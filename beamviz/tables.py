@@ -11,7 +11,7 @@ from beamviz.errors import requires
 from beamviz.units import Units, usual_measure
 
 if TYPE_CHECKING:  # the table of modes needs no loci
-    from beamviz.frequency_loci.events import Event
+    from beamviz.frequency_loci.events.record import Event
 
 Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 MAX_DECIMALS = 9
@@ -107,7 +107,18 @@ def event_columns(over: str, units: Units | None, events: "Sequence[Event]") -> 
         columns["[Hz]"] = [in_range(ends, "{:.6g}", units.hertz(1.0)) for ends in heights]
     if any(event.gap for event in events):
         columns["gap [1/T*]"] = [f"{event.gap:.3g}" if event.gap else "-" for event in events]
-        columns["veering index"] = [f"{event.index:.3f}" if event.gap else "-" for event in events]
+    return {**columns, **kind_columns(events)}
+
+
+def kind_columns(events: "Sequence[Event]") -> Columns:
+    """The columns of numbers that only some kinds of events have, where an event has one."""
+    from beamviz.frequency_loci.events import FIELDS  # the table of modes needs no loci
+
+    columns = {}
+    for field in FIELDS.values():
+        numbers = [getattr(event, field.name, 0.0) for event in events]
+        if field.heading and any(numbers):
+            columns[field.heading] = [field.form.format(x) if x else "-" for x in numbers]
     return columns
 
 

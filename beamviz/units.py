@@ -88,7 +88,7 @@ PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1
 
 def prefixed(unit: str, prefixes: Iterable[str]) -> tuple[Rung, ...]:
     """An SI unit with each of some prefixes, from large to small."""
-    return tuple(Rung(f"{one}{unit}", PREFIXES[one], PREFIXES[one]) for one in prefixes)
+    return tuple(Rung(f"{prefix}{unit}", PREFIXES[prefix], PREFIXES[prefix]) for prefix in prefixes)
 
 
 LONG = 5.0  # [m] length from which on that of a beam, and every place on it, is in m, else in mm
@@ -130,7 +130,7 @@ def unit_for(quantity: str, value: float) -> tuple[str, float]:
     if not (math.isfinite(size) and size > 0):
         return quantity, 1.0
     ladder = LADDERS[quantity]
-    rung = next((one for one in ladder if size >= one.least * (1 - ROUNDING)), ladder[-1])
+    rung = next((step for step in ladder if size >= step.least * (1 - ROUNDING)), ladder[-1])
     return rung.unit, rung.size
 
 
@@ -138,13 +138,13 @@ ROUNDING = 1e-9  # relative, of a value that was meant to be at the end of a run
 
 
 class Scale(NamedTuple):
-    """A unit of one of the numbers of a beam. of: its value where the number is 1, None where the
-    size of the beam is not known so far; quantity: in SI; key: the name of a column of values."""
+    """A unit of a number of a beam."""
 
     number: str
     unit: str
-    quantity: str
-    key: str
+    quantity: str  # in SI
+    key: str  # the name of a column of values
+    # Its value where the number is 1, None where the size of the beam is not known that far.
     of: Callable[[Units], float | None]
 
 
@@ -164,7 +164,7 @@ SCALES = (  # of each number; mu has none, as T* depends on it
 # "rpm", where only one number has it.
 BY_NAME = {f"{scale.number}:{scale.unit}": scale for scale in SCALES}
 BY_NAME |= {
-    scale.unit: scale for scale in SCALES if [one.unit for one in SCALES].count(scale.unit) == 1
+    scale.unit: scale for scale in SCALES if [other.unit for other in SCALES].count(scale.unit) == 1
 }
 
 
@@ -181,9 +181,9 @@ def usual_measure(number: str, units: Units | None) -> Measured | None:
     if units is None:
         return None
     avoided = "mm" if units.length >= LONG else "m"
-    known = (one for one in SCALES if one.number == number and one.unit != avoided)
-    found = ((scale, scale.of(units)) for scale in known)
-    return next((Measured(scale, of) for scale, of in found if of is not None), None)
+    known = (scale for scale in SCALES if scale.number == number and scale.unit != avoided)
+    sizes = ((scale, scale.of(units)) for scale in known)
+    return next((Measured(scale, of) for scale, of in sizes if of is not None), None)
 
 
 class DisplayUnit(NamedTuple):
@@ -210,11 +210,11 @@ def display_unit(number: str, units: Units | None) -> DisplayUnit | None:
     return DisplayUnit(usual.scale.unit.replace("^2", "²"), usual.factor)
 
 
-def suited_unit(quantity: str, one: float, typical: float = 1.0) -> DisplayUnit:
-    """A quantity, by its SI unit, whose dimensionless 1 is `one` in SI, in the unit for a typical
-    dimensionless value."""
-    unit, size = unit_for(quantity, one * typical)
-    return DisplayUnit(unit, one / size)
+def suited_unit(quantity: str, unit_size: float, typical: float = 1.0) -> DisplayUnit:
+    """A quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI, in the unit for a
+    typical dimensionless value."""
+    unit, size = unit_for(quantity, unit_size * typical)
+    return DisplayUnit(unit, unit_size / size)
 
 
 def number_of(name: str) -> str:

@@ -75,7 +75,7 @@ def completed(
             future.cancel()
 
 
-class Workers(futures.ProcessPoolExecutor):
+class SpawnedWorkers(futures.ProcessPoolExecutor):
     """A pool whose processes never get Ctrl-C, not even while they import."""
 
     def submit(
@@ -87,7 +87,7 @@ class Workers(futures.ProcessPoolExecutor):
 
 
 @contextlib.contextmanager
-def process_pool(workers: int) -> Iterator[Workers]:
+def process_pool(workers: int) -> Iterator[SpawnedWorkers]:
     """Workers, which end with this process, however it ends, and at once where an exception does
     not wait for their work."""
     spawn = multiprocessing.get_context("spawn")  # forking a process with threads is unsafe
@@ -96,7 +96,7 @@ def process_pool(workers: int) -> Iterator[Workers]:
     os.environ |= dict.fromkeys(THREADS, "1")  # small matrices: more threads wait for each other
     others = {*multiprocessing.active_children()}
     sys.warnoptions.append(NO_TRACKER)  # the process that Python starts besides inherits it
-    pool = Workers(workers, spawn, _start_worker, (listener,))
+    pool = SpawnedWorkers(workers, spawn, _start_worker, (listener,))
     try:
         yield pool
         pool.shutdown()

@@ -50,14 +50,16 @@ def measure(folder: Path) -> None:
     write_files(folder, {name: files[name] for name in files if not name.endswith(".svg")})
 
 
-def stored_rows(folder: Path) -> list[motion.Row]:
+def stored_rows(folder: Path) -> list[motion.MotionRow]:
     """The rows of the numbers in a folder."""
     stored = json.loads((folder / "motion.json").read_text())["time against error"]
     none: dict[str, Any] = {"seconds": math.nan, "error": math.nan}
-    return [motion.Row(**none | {k: v for k, v in row.items() if v is not None}) for row in stored]
+    return [
+        motion.MotionRow(**none | {k: v for k, v in row.items() if v is not None}) for row in stored
+    ]
 
 
-def table(rows: list[motion.Row]) -> str:
+def table(rows: list[motion.MotionRow]) -> str:
     """Exudyn's time to some errors, as far as it reaches them, and over that of a single run of
     radau and of `auto`."""
     lines = []
@@ -80,7 +82,7 @@ def table(rows: list[motion.Row]) -> str:
     return markdown_table(head, lines)
 
 
-def renewed(page: str, rows: list[motion.Row]) -> str:
+def renewed(page: str, rows: list[motion.MotionRow]) -> str:
     """A page with the table between its marks made of these rows."""
     before, _, rest = page.partition(START)
     _, _, after = rest.partition(END)

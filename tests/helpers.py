@@ -119,3 +119,10 @@ def same_beam(found: Beam, beam: Beam) -> None:
     if beam.blade:
         assert (found.blade.flap is None) == (beam.blade.flap is None)
         assert (found.blade.flap or ()) == pytest.approx(beam.blade.flap or (), rel=1e-12)
+
+
+# Of events: tests that say which there are, and no other, ask for these. Another kind may be added.
+KNOWN_KINDS = (
+    *("crossing", "veering", "close approach", "coalescence"),
+    *("buckling", "limit point", "second state"),
+)

@@ -34,7 +34,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("output",),
     ("server",),
     ("drawing",),
-    ("exports",),
+    ("exports", "export_formats"),
     ("explorer",),
     ("notebook",),
     ("evidence",),

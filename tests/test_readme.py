@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from beamviz import Beam, solve
 from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
-from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.solver.problem import METHODS, OPTIONS, Option
 from beamviz.version import __version__
 
@@ -90,12 +89,10 @@ def test_the_sample_of_a_beam_in_si_runs():
     assert found == pytest.approx(dunkerley, rel=0.02)
 
 
-def test_the_tables_name_every_method_event_and_limit():
-    """Methods and kinds of events as they are declared."""
+def test_the_tables_name_every_method_and_limit():
+    """Methods as they are declared; tests/frequency_loci/test_event_kinds.py has the events."""
     for name, method in METHODS.items():
         assert f"| `{name}` | {method.source} | {method.choose} |" in REFERENCE
-    for name, kind in EVENT_KINDS.items():
-        assert f"| `{name}` | {kind.meaning} |" in REFERENCE
     for symbol, row in PARAMETERS.items():
         limits = "{:g} .. {:g}".format(*row.limits)
         assert re.search(rf"^\| {symbol} \|.*\| {re.escape(limits)}", README, re.MULTILINE)
@@ -115,7 +112,8 @@ def option_row(option: Option) -> str:
 @pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
 def test_the_reference_has_every_option_as_it_is_declared(option):
     """With its values, its default and its documentation."""
-    assert option_row(option) in REFERENCE
+    row = option_row(option)
+    assert row in REFERENCE, f"assets/reference.md: the row of --{option.name} has to be\n{row}"
 
 
 def test_the_citation_is_of_this_version():

@@ -248,7 +248,7 @@ def test_a_script_ends_with_one_line_for_a_wrong_argument(name):
 
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
-    scripts = {"load", "fuzz", "measure_error_bars", "measure_motion_error_bars"}
+    scripts = {"load", "fuzz", "measure_error_bars", "measure_motion_error_bars", "several_servers"}
     assert {name for name, _ in COUNTS} == scripts
     text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}

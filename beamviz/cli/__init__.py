@@ -81,8 +81,8 @@ def run(arguments: list[str]) -> int:
 def message_of(error: Any) -> str:
     """The message of a typer.TyperException; for a mistyped choice with the nearest one."""
     message = error.format_message()
-    if found := re.search("'([^']*)' is not one of (.*)[.]$", message):
-        near = nearest(found[1], re.findall("'(.*?)'", found[2]))
+    if match := re.search("'([^']*)' is not one of (.*)[.]$", message):
+        near = nearest(match[1], re.findall("'(.*?)'", match[2]))
         message += f" Did you mean {near!r}?" if near else ""
     return message
 

@@ -30,6 +30,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
+from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.files import check_suffix, check_writable, json_text, replaced
 from beamviz.signals import Terminated
 from beamviz.solver.problem import Problem
@@ -50,17 +51,26 @@ PROCESSES_HELP = (
     "Processes that share the visitors (default: one for each core if --host admits other machines,"
     " else 1; with --follow, and on other systems than Linux, 1)."
 )
+KEY_FILE_HELP = (
+    "File with the key of the link, the same for several servers behind one address (default: a new"
+    " key for each run)."
+)
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
+KIND_HELP = (
+    "A kind of events to look for; repeat the option for more (default: all but those on request,"
+    " see the table in assets/reference.md)."
+)
 MARGINS_HELP = (
     "Table of the margins to the --per-rev lines at the speed --gamma to write besides the output,"
     " as CSV."
 )
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
-EXPORT_HELP = (
-    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
-    " the modes, and in a second file equilibrium and shapes; npz: the same as arrays; png, svg,"
-    " pdf: with --sweep, a map of the frequency of --mode over two parameters."
+EXPORTS = {suffix[1:]: row.text for suffix, row in EXPORT_FORMATS.items()}
+EXPORT_HELP = "; ".join(f"{name}: {text}" for name, text in EXPORTS.items())
+EXPORT_HELP += (
+    "; png, svg, pdf: with --sweep, a map of the frequency of --mode over two parameters."
 )
+EXPORT_NAMES = "OUT." + "|".join([*EXPORTS, "png", "svg", "pdf"])
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "what is written is kept: run the same command again to resume"
 REPEATED = 2.0  # [s] a first solve may take whose time is that of a second one
@@ -126,17 +136,18 @@ def loci(
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     margins: Annotated[Path | None, option(MARGINS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
+    kind: Annotated[list[str] | None, option(KIND_HELP, metavar="NAME")] = None,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
 ) -> None:
-    """Frequencies over one parameter, tracked, with their crossings and veerings.
+    """Frequencies over one parameter, tracked, with their events: crossings, veerings and more.
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
     from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output.loci import LOCI_FORMATS, events_csv, margins_csv
 
-    others = ["over", "format", "plot", "events", "margins", "per_rev"]
+    others = ["over", "format", "plot", "events", "margins", "per_rev", "kind"]
     check_store_options(context, sweep, ["at"], others)
     for path in (events, margins):
         if path:
@@ -164,7 +175,7 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
-    tracked = loci(beam, over, values, modes, per_rev, **options)
+    tracked = loci(beam, over, values, modes, per_rev, kind or None, **options)
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
     for path, text in ((events, events_csv), (margins, margins_csv)):
@@ -268,6 +279,7 @@ def serve(
     ] = "",
     follow: Annotated[bool, option(FOLLOW_HELP, "--follow")] = False,
     processes: Annotated[int | None, number(PROCESSES_HELP)] = None,
+    key_file: Annotated[Path | None, option(KEY_FILE_HELP, metavar="FILE")] = None,
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it. Without a beam, a model or a scene it opens on a
     beam with a mass in rotation, two modes superimposed."""
@@ -278,7 +290,7 @@ def serve(
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
     try:
-        serve(scene, host, port, open, public_url, visitors, follow, processes)
+        serve(scene, host, port, open, public_url, visitors, follow, processes, key_file)
     except Terminated as end:
         if end.number != signal.SIGTERM:  # which is how a service is ended
             raise
@@ -335,9 +347,7 @@ def animate(
 def export(
     scene: Any,
     context: typer.Context,
-    path: Annotated[
-        Path, typer.Argument(help=EXPORT_HELP, metavar="OUT.html|glb|csv|npz|png|svg|pdf")
-    ],
+    path: Annotated[Path, typer.Argument(help=EXPORT_HELP, metavar=EXPORT_NAMES)],
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
         str,

@@ -109,12 +109,12 @@ def check_needs(context: typer.Context) -> None:
 
 def amplitudes(pairs: list[tuple[str, float]]) -> dict[str, float]:
     """Amplitudes by mode; InvalidInput for a mode that is given twice."""
-    found: dict[str, float] = {}
+    by_mode: dict[str, float] = {}
     for mode, amplitude in pairs:
-        if mode in found:
+        if mode in by_mode:
             raise InvalidInput(f"--start {mode}:{amplitude:g}: {mode} is given twice")
-        found[mode] = amplitude
-    return found
+        by_mode[mode] = amplitude
+    return by_mode
 
 
 def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, Any]:

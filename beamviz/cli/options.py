@@ -189,9 +189,9 @@ def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
     """A decorator: the command has the options of a beam and its model, and receives `beam` and
     `options`."""
 
-    def call(given: dict[str, Any], own: dict[str, Any]) -> None:
+    def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
         beam, options = beam_and_model(**given)
-        command(beam=beam, options=options, **own)
+        command(beam=beam, options=options, **remaining)
 
     return with_keywords(command, ("beam", "options"), BEAM_KEYWORDS, call)
 
@@ -200,8 +200,8 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     """A decorator: the command has the options of a scene, of its beam and its model, and receives
     `scene`."""
 
-    def call(given: dict[str, Any], own: dict[str, Any]) -> None:
-        command(scene=scene_from_options(**given), **own)
+    def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
+        command(scene=scene_from_options(**given), **remaining)
 
     context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
     return with_keywords(command, ("scene",), [context, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
@@ -216,7 +216,7 @@ def with_keywords(
     """A command with more keywords. made: the arguments that `call` makes of these; call: calls the
     command with the values of these, and those of its own keywords."""
     more = {entry.name: entry for entry in keywords}
-    own = {
+    remaining = {
         name: entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
         for name, entry in inspect.signature(command).parameters.items()
         if name not in made
@@ -224,9 +224,9 @@ def with_keywords(
 
     @functools.wraps(command)
     def wrapper(**values: Any) -> None:
-        call({name: values[name] for name in more}, {name: values[name] for name in own})
+        call({name: values[name] for name in more}, {name: values[name] for name in remaining})
 
-    signature = inspect.Signature([*(own | more).values()])
+    signature = inspect.Signature([*(remaining | more).values()])
     wrapper.__signature__ = signature  # type: ignore[attr-defined]
     return wrapper
 

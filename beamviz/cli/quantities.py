@@ -20,21 +20,21 @@ UNITS = {  # of each kind of quantity, their sizes in SI
 }
 
 
-class Quantity(NamedTuple):
+class GivenQuantity(NamedTuple):
     """What was typed."""
 
     value: float
     unit: str  # "" of a dimensionless number
 
 
-def parse_quantity(text: str) -> Quantity:
+def parse_quantity(text: str) -> GivenQuantity:
     """A number, perhaps with a unit; typer.BadParameter for anything else."""
     match = re.fullmatch(r"\s*(.+?)\s*([a-zA-Z][a-zA-Z/]*)?\s*", str(text))
     number, unit = match.groups() if match else ("", None)
     if (whole := f"{number}{unit or ''}").lower().lstrip("+-") in ("inf", "infinity", "nan"):
         number, unit = whole, None  # which the check of the range names
     try:
-        return Quantity(float(number), unit or "")
+        return GivenQuantity(float(number), unit or "")
     except ValueError:
         raise typer.BadParameter(f"{text!r} is not a number, nor one with a unit") from None
 
@@ -47,10 +47,10 @@ def quantity(kind: str, help: str) -> Any:
 time, speed, force = (partial(quantity, kind) for kind in UNITS)
 
 
-def dimensionless(name: str, given: Quantity | float | None, kind: str, beam: Beam) -> Any:
+def dimensionless(name: str, given: GivenQuantity | float | None, kind: str, beam: Beam) -> Any:
     """The dimensionless number of a quantity, None of None. Raises InvalidInput for a unit of
     another kind, or of a beam whose size is not known."""
-    if not isinstance(given, Quantity):
+    if not isinstance(given, GivenQuantity):
         return given
     if not given.unit:
         return given.value

@@ -123,20 +123,15 @@ DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 @dataclass(frozen=True)
 class DrawnBeam:
-    """All that the drawing of a beam depends on.
-
-    scale: [pixels per beam length]; sizes: (m,) amplitudes of its modes, None for those of `view`;
-    warning: a text above the beam, which is grey then; note: one above a beam that vibrates; title:
-    a text beside the clamp.
-    """
+    """The data that the drawing of a beam depends on."""
 
     shapes: SampledModes
     view: ViewOptions
-    scale: float = DEFAULT_SCALE
-    sizes: np.ndarray | None = None
-    warning: str = ""
-    note: str = ""
-    title: str = ""
+    scale: float = DEFAULT_SCALE  # [pixels per beam length]
+    sizes: np.ndarray | None = None  # (m,) amplitudes of its modes, None for those of `view`
+    warning: str = ""  # a text above the beam, which is grey then
+    note: str = ""  # a text above a beam that vibrates
+    title: str = ""  # a text beside the clamp
 
     @cached_property
     def amplitudes(self) -> np.ndarray:

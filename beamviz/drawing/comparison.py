@@ -65,10 +65,12 @@ def compared_rows(first: Solution, second: Solution) -> list[tuple[str, str, str
 def row(first: Solution, k: int, second: Solution, j: int) -> tuple[str, str, str, str]:
     """The row of mode k of a beam and mode j of another; -1 for one that is not solved."""
     pair = (first, k), (second, j)
-    labels = dict.fromkeys(identify_modes(one).labels[i] for one, i in pair if i >= 0)
+    labels = dict.fromkeys(identify_modes(solution).labels[i] for solution, i in pair if i >= 0)
     before, after = (
-        frequencies(one.beam.units).factor * float(one.frequencies[i]) if i >= 0 else math.nan
-        for one, i in pair
+        frequencies(solution.beam.units).factor * float(solution.frequencies[i])
+        if i >= 0
+        else math.nan
+        for solution, i in pair
     )
     change = 100 * (after / before - 1) if before > 0 else math.nan
     return " → ".join(labels), number(before), number(after), percent(change)

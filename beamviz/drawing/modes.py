@@ -26,26 +26,22 @@ MAX_STRAIN = 0.6  # of the displacement drawn; at 1 the beam would be folded
 
 @dataclass(frozen=True)
 class SampledModes:
-    """Equilibrium and mode shapes of a solution at some stations [beam lengths from the clamp].
-
-    x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam; strain:
-    (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1; limits: (m,) largest
-    amplitudes to draw; nodes: positions x (j,) of the nodes of each mode; solution: None without;
-    largest: the largest displacement, where the modes are parts of one motion, None where each
-    moves for itself.
-    """
+    """Equilibrium and mode shapes of a solution at some stations [beam lengths from the clamp]."""
 
     beam: Beam
     plane: str
-    x: np.ndarray
-    centreline: np.ndarray
-    strain: np.ndarray
+    x: np.ndarray  # (n,) stations
+    centreline: np.ndarray  # (n, 2) the equilibrium, along and across the beam
+    strain: np.ndarray  # (n - 1,) axial strain of the equilibrium
     labels: tuple[str, ...] = ()
-    frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (m,)
+    # (m, n, 2) mode shapes with largest displacement 1
     modes: np.ndarray = field(default_factory=lambda: np.zeros((0, STATIONS, 2)))
-    limits: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    nodes: Sequence[np.ndarray] = ()
+    limits: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (m,) largest amplitudes
+    nodes: Sequence[np.ndarray] = ()  # positions x (j,) of the nodes of each mode
     solution: Solution | None = None
+    # The largest displacement where the modes are parts of the same motion, None where each moves
+    # for itself.
     largest: float | None = None
 
     @classmethod

@@ -85,33 +85,35 @@ def measure(name: str, units: Units | None) -> Measure:
     """The display of a number of the beam. mu has no unit, as T* depends on it; alpha has none if
     the mass of the beam is not known."""
     parameter = NUMBERS[name]
-    if found := display_unit(name, units):
-        return in_unit(parameter.short_label, parameter.symbol, found)
+    if display := display_unit(name, units):
+        return in_unit(parameter.short_label, parameter.symbol, display)
     return Measure(parameter.slider_label, parameter.symbol)
 
 
-def in_unit(label: str, symbol: str, found: DisplayUnit) -> Measure:
+def in_unit(label: str, symbol: str, display: DisplayUnit) -> Measure:
     """The display of a quantity in a unit, which its label names."""
-    return Measure(f"{label} [{found.unit}]", symbol, *found)
+    return Measure(f"{label} [{display.unit}]", symbol, *display)
 
 
-def si_measure(label: str, symbol: str, quantity: str, one: float, typical: float = 1.0) -> Measure:
-    """The display of a quantity, by its SI unit, whose dimensionless 1 is `one` in SI; with the
-    prefix that suits a typical dimensionless value."""
-    return in_unit(label, symbol, suited_unit(quantity, one, typical))
+def si_measure(
+    label: str, symbol: str, quantity: str, unit_size: float, typical: float = 1.0
+) -> Measure:
+    """The display of a quantity, by its SI unit, whose dimensionless 1 is `unit_size` in SI; with
+    the prefix that suits a typical dimensionless value."""
+    return in_unit(label, symbol, suited_unit(quantity, unit_size, typical))
 
 
 def lengths(label: str, symbol: str, units: Units | None) -> Measure:
     """The display of lengths along a beam or beside it: in mm, in m where it is long, in its own
     length [L] where its size is not known."""
-    found = display_unit("beta", units)
-    return in_unit(label, symbol, found) if found else Measure(f"{label} [L]", symbol)
+    display = display_unit("beta", units)
+    return in_unit(label, symbol, display) if display else Measure(f"{label} [L]", symbol)
 
 
 def times(units: Units | None) -> Measure:
     """The display of times."""
-    found = display_unit("time", units)
-    return in_unit("time", "t", found) if found else Measure("time t [T*]", "t")
+    display = display_unit("time", units)
+    return in_unit("time", "t", display) if display else Measure("time t [T*]", "t")
 
 
 def si_text(value: float, quantity: str, digits: int) -> str:
@@ -171,24 +173,24 @@ def in_words(text: str, units: Units | None) -> str:
     """A message in the words of the page: 'speed γ = 5' for 'gamma = 5', or 'speed 42.63 rpm' where
     the size of the beam is known; 'state bent' for "state = 'bent'", and 'stiffening off'."""
 
-    def named(found: re.Match[str]) -> str:
-        name, value = found.groups()
+    def named(match: re.Match[str]) -> str:
+        name, value = match.groups()
         shown, parameter = measure(name, units), NUMBERS[name]
         if not shown.unit:
-            return found[0].replace(name, parameter.slider_label)
+            return match[0].replace(name, parameter.slider_label)
         number = f" {shown.text(float(value), 6)}" if value else ""
         return f"{parameter.short_label}{number}"
 
-    def chosen(found: re.Match[str]) -> str:
-        name, value = found.groups()
+    def chosen(match: re.Match[str]) -> str:
+        name, value = match.groups()
         return f"{TERMS.get(name, name)} {SWITCHED.get(value) or value[1:-1]}"
 
     return NUMBER.sub(named, OPTION.sub(chosen, text))
 
 
 def frequencies(units: Units | None) -> Measure:
-    found = display_unit("frequency", units)
-    return Measure(found.unit, "f", *found) if found else Measure("ω [1/T*]", "ω")
+    display = display_unit("frequency", units)
+    return Measure(display.unit, "f", *display) if display else Measure("ω [1/T*]", "ω")
 
 
 def rounded_to_error(value: float, error: float) -> str:
@@ -257,31 +259,31 @@ def stretch_caution(solution: Solution) -> str:
 
 def yield_caution(solution: Solution) -> str:
     """The caution that the material of a beam yields; "" where it does not, or is not known."""
-    found = solution.equilibrium.greatest_stress
-    if not (found and found.yields and found.yield_stress):
+    stress = solution.equilibrium.greatest_stress
+    if not (stress and stress.yields and stress.yield_stress):
         return ""
-    greatest, limit = (stress_text(value) for value in (found.pascals, found.yield_stress))
+    greatest, limit = (stress_text(value) for value in (stress.pascals, stress.yield_stress))
     return (
         f"Stress up to {greatest}, above the yield stress, {limit}: the deformation would remain."
     )
 
 
-def strength_text(found: GreatestStress, units: Units | None) -> str:
+def strength_text(stress: GreatestStress, units: Units | None) -> str:
     """The greatest stress beside the yield stress."""
     place = "the root"
-    if found.at:
+    if stress.at:
         along = lengths("position", "x", units)
-        place = along.text(found.at, 3)
-    told = f"Greatest stress: {stress_text(found.pascals)} at {place}"
-    if found.t is not None:
-        told += f" after {duration(found.t, units)}"
-    if not found.with_bending:
+        place = along.text(stress.at, 3)
+    told = f"Greatest stress: {stress_text(stress.pascals)} at {place}"
+    if stress.t is not None:
+        told += f" after {duration(stress.t, units)}"
+    if not stress.with_bending:
         told += ", without that of bending, for which the height of the section is not known"
-    if found.yield_stress is None:
+    if stress.yield_stress is None:
         return f"{told}."
-    share = significant(100 * found.pascals / found.yield_stress, 2)
-    told += f": {share} % of the yield stress, {stress_text(found.yield_stress)}."
-    return f"{told} A real beam would not return to its shape." if found.yields else told
+    share = significant(100 * stress.pascals / stress.yield_stress, 2)
+    told += f": {share} % of the yield stress, {stress_text(stress.yield_stress)}."
+    return f"{told} A real beam would not return to its shape." if stress.yields else told
 
 
 def stress_text(pascals: float) -> str:

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
-from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.dynamics.problem import MotionProblem
 from beamviz.errors import InvalidInput, NotConverged
 from beamviz.mechanics.cubic_elements import gauss
 from beamviz.solver import Solution, solve
@@ -131,21 +131,21 @@ def motion_without_stiffening(beam: Beam, until: float, **options: Any) -> Linea
     """The motion of a beam by the classical linear theory; arguments as in `motion`, without a
     start in modes, a hub of inertia, and choices of methods. It ends early, where the tip is
     displaced by DIVERGED. Raises InvalidInput and NotConverged."""
-    case = Case.of(beam=beam, until=until, **options)
+    problem = MotionProblem.of(beam=beam, until=until, **options)
     if not beam.is_uniform:
         raise InvalidInput(
             "the motion without stiffening: the beam has to be uniform and clamped, with at most"
             " one concentrated mass"
         )
-    drive = case.drive
-    if case.start or isinstance(drive, Hub) or case.studied:
+    drive = problem.drive
+    if problem.start or isinstance(drive, Hub) or problem.studied:
         raise InvalidInput(
             "the motion without stiffening takes a prescribed speed, no start in modes, and no"
             " choice of method, integrator or step"
         )
-    parts = tuple(integrated(case, drive))
+    parts = tuple(integrated(problem, drive))
     end = parts[-1].end
-    t = np.append(case.times[case.times < end], end)
+    t = np.append(problem.times[problem.times < end], end)
     gamma, angle = drive(t)[0], drive.angle(t)
     motion = LinearMotion(beam, t, gamma, angle, np.zeros((0, 2)), parts)
     return LinearMotion(beam, t, gamma, angle, motion.position(t, [1.0])[:, 0], parts)
@@ -156,28 +156,28 @@ def constant(y: NDArray, t: NDArray) -> NDArray:
     return np.tile(y[:, None], len(t))
 
 
-def integrated(case: Case, drive: Ramp | Samples) -> list[LinearPart]:
+def integrated(problem: MotionProblem, drive: Ramp | Samples) -> list[LinearPart]:
     """The parts of a motion, until it diverges."""
     from scipy.integrate import solve_ivp
 
     parts: list[LinearPart] = []
     t, y = 0.0, np.zeros(0)
     modes: RestModes | None = None
-    for part in case.parts:
-        beam = case.beam if part.with_mass else case.beam.replace(alpha=0.0)
+    for part in problem.parts:
+        beam = problem.beam if part.with_mass else problem.beam.replace(alpha=0.0)
         before = modes
-        modes = RestModes(beam, {"strain": case.strain})
+        modes = RestModes(beam, {"strain": problem.strain})
         if before is None:
-            still = modes.held(case.first_speed, case.release, case.release_at)
+            still = modes.held(problem.first_speed, problem.release, problem.release_at)
             y = np.append(still, np.zeros_like(still))
         else:
-            y = modes.taken_over(before, y, case.body_velocity)
+            y = modes.taken_over(before, y, problem.body_velocity)
         at_tip = modes.shapes(np.ones(1))[:, 0]  # (k, 2)
 
         def rates(t: float, y: NDArray, modes: RestModes = modes) -> NDArray:
             (gamma,), (spin,) = drive(np.array([t]))
-            case.report(t)
-            return modes.rates(gamma, spin, case.damping, y)
+            problem.report(t)
+            return modes.rates(gamma, spin, problem.damping, y)
 
         def left(t: float, y: NDArray, at_tip: NDArray = at_tip) -> float:
             return DIVERGED - float(np.linalg.norm(y[: len(at_tip)] @ at_tip))
@@ -194,7 +194,7 @@ def integrated(case: Case, drive: Ramp | Samples) -> list[LinearPart]:
                 dense_output=True,
                 events=left,
                 rtol=RELATIVE,
-                atol=ABSOLUTE * case.tolerance,
+                atol=ABSOLUTE * problem.tolerance,
             )
             if not answer.success:
                 raise NotConverged(f"t = {answer.t[-1]:.4g}: the linear theory: {answer.message}")

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.checks import check_float, check_positive
-from beamviz.dynamics.case import Case
 from beamviz.dynamics.equation import AnyBeam
+from beamviz.dynamics.initial_value import beam_of, start_solution
 from beamviz.dynamics.meshes import first_mesh, refined
-from beamviz.dynamics.run import beam_of, start_solution
+from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.start import equilibrium, held_aside
 
 
@@ -43,6 +43,6 @@ def pulled(beam: Beam, deflection: float, at: float = 1.0, **options: Any) -> Pu
 def at_rest(beam: Beam, at: float, options: tuple[tuple[str, Any], ...]) -> tuple[AnyBeam, NDArray]:
     """A beam with a force at a point, and its equilibrium q (n,) without it. It is kept, as a
     visitor who pulls a beam asks for many deflections in a row."""
-    case = Case.of(beam=beam, until=1.0, release_at=at, **dict(options))
-    model = beam_of(case, refined(first_mesh(beam, case.problem)), bool(beam.alpha))
-    return model, equilibrium(model, start_solution(case))
+    problem = MotionProblem.of(beam=beam, until=1.0, release_at=at, **dict(options))
+    model = beam_of(problem, refined(first_mesh(beam, problem.statics)), bool(beam.alpha))
+    return model, equilibrium(model, start_solution(problem))

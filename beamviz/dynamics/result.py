@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
-from beamviz.dynamics.integration import Path
+from beamviz.dynamics.integration import Trajectory
+from beamviz.dynamics.problem import MotionProblem
+from beamviz.dynamics.refinement import RefinedMotion
 from beamviz.errors import InvalidInput
-from beamviz.solver.solution import GreatestStress, stress_of_deformation
+from beamviz.solver.solution import GreatestStress, read_only, stress_of_deformation
 
 if TYPE_CHECKING:
     import xarray
@@ -58,7 +60,7 @@ class Motion:
     energy: NDArray
     error: float  # estimated largest error of the tip
     stats: MotionStats
-    path: Path  # the unknowns as polynomials in time
+    trajectory: Trajectory  # the unknowns as polynomials in time
     release_at: float = 1.0
     catch: float | None = None  # time at which the mass docks
     drop: float | None = None  # time at which it is released
@@ -87,8 +89,8 @@ class Motion:
 
     def _states(self, t: ArrayLike) -> Any:
         """The states of the beam at times."""
-        q, _ = self.path.at(within("t", t, float(self.t[-1])))
-        return self.path.beam.state(q[:, : self.path.beam.size])
+        q, _ = self.trajectory.at(within("t", t, float(self.t[-1])))
+        return self.trajectory.beam.state(q[:, : self.trajectory.beam.size])
 
     def has_mass(self, t: float) -> bool:
         """Whether the concentrated mass is on the beam at a time."""
@@ -109,11 +111,11 @@ class Motion:
             return None
         t = self.t[:: math.ceil(len(self.t) / STRESS_TIMES)]
         x = np.linspace(0.0, 1.0, STRESS_POINTS + 1)
-        found = stress_of_deformation(units, self.stretch(t, x), self.curvature(t, x))
-        assert found
-        row, column = np.unravel_index(np.argmax(found.greatest), found.greatest.shape)
-        greatest, at = float(found.greatest[row, column]), float(x[column])
-        known = found.bending is not None
+        stress = stress_of_deformation(units, self.stretch(t, x), self.curvature(t, x))
+        assert stress
+        row, column = np.unravel_index(np.argmax(stress.greatest), stress.greatest.shape)
+        greatest, at = float(stress.greatest[row, column]), float(x[column])
+        known = stress.bending is not None
         return GreatestStress(greatest, at, known, units.yield_stress, float(t[row]))
 
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
@@ -177,6 +179,43 @@ class Motion:
         from beamviz.tables import html_table
 
         return html_table(repr(self).strip("<>"), self.table)
+
+
+def motion_of(problem: MotionProblem, refined: RefinedMotion, seconds: float) -> Motion:
+    """The result: a motion at the times asked for, with its error estimate, the number of runs it
+    took and their time [s]."""
+    t, drive, integrated = problem.times, problem.drive, refined.motion
+    trajectory = integrated.trajectory
+    angle = trajectory.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
+    orders = trajectory.beam.orders
+    stats = MotionStats(
+        dof=trajectory.beam.size,
+        elements=len(orders),
+        order=max(orders),
+        steps=len(trajectory.q),
+        runs=refined.runs,
+        seconds=seconds,
+    )
+    arrays = (t, integrated.speed(t), angle, integrated.tip(t), integrated.energy(t))
+    t, gamma, angle, tip, energy = map(read_only, arrays)
+    return Motion(
+        beam=problem.beam,
+        drive=drive,
+        model=problem.model,
+        start=problem.amplitudes,
+        release=problem.release,
+        release_at=problem.release_at,
+        catch=problem.catch,
+        drop=problem.drop,
+        t=t,
+        gamma=gamma,
+        angle=angle,
+        tip=tip,
+        energy=energy,
+        error=refined.error,
+        stats=stats,
+        trajectory=trajectory,
+    )
 
 
 def within(name: str, values: ArrayLike, last: float) -> NDArray:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from beamviz.drawing.camera import initial, place
@@ -19,7 +20,7 @@ from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
-from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
+from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, key_of_file, public_url
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes
 from beamviz.signals import Terminated
@@ -40,6 +41,7 @@ def serve(
     visitors: int = MAX_VISITORS,
     follow: bool = False,
     processes: int | None = None,
+    key_file: Path | None = None,
 ) -> None:
     """Serve the explorer, starting from `scene`, until an exception ends it: see
     `terminate_on_signal`.
@@ -48,16 +50,20 @@ def serve(
 
     public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
     follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
-    number that share the visitors (see `process_count`).
+    number that share the visitors (see `process_count`); key_file: a file with the visitors' key,
+    for several servers behind one address, instead of a key for this run.
 
-    Raises InvalidInput for a beam that the method cannot solve or a number of processes that is not
-    possible, and Unavailable if the address is not available, if viser or websockets lack a
-    required attribute, or if the self-test fails and other machines can reach the server.
+    Raises InvalidInput for a beam that the method cannot solve, a number of processes that is not
+    possible or an invalid key, and Unavailable if the address is not available, if viser or
+    websockets lack a required attribute, or if the self-test fails and other machines can reach
+    the server.
     """
     check_scene(scene)
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
+    if key_file:
+        key = key_of_file(key_file)
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
     access |= {"max_visitors": visitors}

@@ -17,6 +17,7 @@ from beamviz.explorer import page
 from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci.events import EXCHANGES
 from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
@@ -74,7 +75,7 @@ class ChartRequest:
         return Chart(self, x, lines_of(computed, x), computed.events, computed.limits, names)
 
 
-class Line(NamedTuple):
+class LocusLine(NamedTuple):
     """A branch of loci as a line, at values x (n,) of the axis."""
 
     label: str
@@ -95,7 +96,7 @@ class Chart:
 
     request: ChartRequest
     x: np.ndarray  # values of the axis (n,): of the loci and of the events
-    lines: list[Line]
+    lines: list[LocusLine]
     located: tuple[Event, ...]  # events and resonances
     limits: tuple[Limit, ...]
     names: dict[Event, tuple[str, ...]]  # of the modes of each event that is no resonance
@@ -109,9 +110,8 @@ class Chart:
 
     @property
     def pairs(self) -> dict[str, Event]:
-        """The crossings and veerings among the events."""
-        kinds = ("crossing", "veering")
-        return {key: event for key, event in self.events.items() if event.kind in kinds}
+        """The events at which two modes exchange their order or their shapes."""
+        return {key: event for key, event in self.events.items() if event.kind in EXCHANGES}
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
         """Resonances at a speed, with these multiples of it, by key: multiple, branch and a
@@ -163,7 +163,9 @@ class Chart:
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
 
-def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
+def lines_of(
+    computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None
+) -> list[LocusLine]:
     """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
     a value take a solve: a run with the same name at both ends is taken to have one name."""
     lines, takes_solve = [], computed.problem.gyroscopic
@@ -181,18 +183,18 @@ def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = 
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
             if kind := family[start]:
-                parts = one_name(name, start, stop)
+                parts = runs_of_a_name(name, start, stop)
                 runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
-        lines.append(Line(branch.label, y, runs))
+        lines.append(LocusLine(branch.label, y, runs))
     return lines
 
 
-def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
+def runs_of_a_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
     """The parts of a run of points in which a name is constant if it is the same at both ends."""
     middle = (start + stop) // 2
     if middle == start or name(start) == name(stop - 1):
         return [(start, stop)]
-    return one_name(name, start, middle) + one_name(name, middle, stop)
+    return runs_of_a_name(name, start, middle) + runs_of_a_name(name, middle, stop)
 
 
 def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -212,7 +214,7 @@ def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:
     return {"action": over, "x": float(along.factor * getattr(beam, over))} if beam else None
 
 
-def lines_data(lines: Iterable[Line], factor: float) -> list[Data]:
+def lines_data(lines: Iterable[LocusLine], factor: float) -> list[Data]:
     """Lines with the last name as label; those without a frequency are left out."""
     return [
         {"label": line.runs[-1][3], "y": page.sent(factor * line.frequency), "runs": line.runs}
@@ -249,7 +251,7 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
     lines = data["lines"] + lines_data(chart.lines, across.factor)
-    bands, own_marks = bands_data(chart, multiples), marks(chart, multiples)
+    bands, event_marks = bands_data(chart, multiples), marks(chart, multiples)
     band_keys = [{"style": "line band", "text": "resonance along a per-rev line"}] if bands else []
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
@@ -259,8 +261,8 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
             [*(float(along.factor * x) for x in (limit.start, limit.stop)), FAILURES[limit.kind]]
             for limit in chart.limits
         ],
-        "marks": own_marks,
-        "keys": [*page.keys(lines, own_marks), *band_keys],
+        "marks": event_marks,
+        "keys": [*page.keys(lines, event_marks), *band_keys],
     }
 
 
@@ -268,9 +270,12 @@ def bands_data(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """The resonances along lines of multiples of the speed as wide lines behind the loci."""
     along, across = chart.request.measures
     bands = []
-    for one in chart.resonances_along(multiples):
-        x = np.array([one.at, one.until])
-        ends = {"at": page.sent(along.factor * x), "y": page.sent(across.factor * one.per_rev * x)}
+    for event in chart.resonances_along(multiples):
+        x = np.array([event.at, event.until])
+        ends = {
+            "at": page.sent(along.factor * x),
+            "y": page.sent(across.factor * event.per_rev * x),
+        }
         bands.append({"label": "", **ends, "runs": [[0, 1, "band", ""]]})
     return bands
 

@@ -14,14 +14,13 @@ from PIL import Image
 
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports.arrays import field_arrays
+from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
-from beamviz.files import check_suffix, replaced, write_files
+from beamviz.files import check_suffix, replaced
 from beamviz.installation import install_command
 from beamviz.scene import Scene
 
-SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
 # By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
 FORMATS = {".gif": 10, ".webp": 1, ".mp4": 0}
 BT709 = 1  # in the tables of H.264
@@ -44,25 +43,10 @@ def export(path: str | Path, scene: Scene) -> list[Path]:
     file is complete or untouched.
     """
     path = Path(path)
-    suffix = check_suffix(path, SUFFIXES)
+    suffix = check_suffix(path, tuple(EXPORT_FORMATS))
     with replaced(path) as file:
-        solved = SolvedScene(scene)
-        if suffix == ".csv":
-            from beamviz.exports.csv_tables import csv_tables
-
-            first, *others = csv_tables(path, solved.solution).items()
-            write_files(path.parent, dict(others))
-            file.write_bytes(first[1])
-            return [path, *(path.with_name(name) for name, _ in others)]
-        if suffix in (".html", ".glb"):
-            from beamviz.exports import gltf, html_page
-
-            write = {".html": html_page.write_html, ".glb": gltf.write_glb}[suffix]
-            write(file, solved)
-        else:
-            with file.open("wb") as stream:  # given a path, numpy would add a suffix
-                np.savez_compressed(stream, **field_arrays(solved.solution))
-    return [path]
+        further = EXPORT_FORMATS[suffix].write(path, file, SolvedScene(scene))
+    return [path, *further]
 
 
 def screenshot(

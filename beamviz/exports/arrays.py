@@ -68,9 +68,9 @@ def stress_along(solution: Solution, x: NDArray) -> dict[str, Any]:
     section."""
     if solution.equilibrium.greatest_stress is None:
         return {}
-    found = solution.equilibrium.stress(x)
-    known = {} if found.bending is None else {"bending_stress_pascals": found.bending}
-    return {"axial_stress_pascals": found.axial} | known
+    stress = solution.equilibrium.stress(x)
+    known = {} if stress.bending is None else {"bending_stress_pascals": stress.bending}
+    return {"axial_stress_pascals": stress.axial} | known
 
 
 def structure_record(beam: Beam) -> dict[str, Any]:

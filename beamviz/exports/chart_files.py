@@ -59,35 +59,35 @@ def export_chart(path: str | Path, scene: Scene) -> None:
     """
     suffix = check_suffix(path, (".csv", *SUFFIXES))
     with replaced(path) as file:
-        found = SceneLoci.of(scene)
+        computed = SceneLoci.of(scene)
         if suffix == ".csv":
-            file.write_text(chart_csv(found), encoding="utf-8")
+            file.write_text(chart_csv(computed), encoding="utf-8")
             return
         per_rev = scene.per_rev if scene.over == "gamma" else ()
         marker = getattr(scene.beam, scene.over)
-        second = found.second, found.title
-        figure = draw_chart(found.first, per_rev, marker, *second, found.names)
+        second = computed.second, computed.title
+        figure = draw_chart(computed.first, per_rev, marker, *second, computed.names)
         file.write_bytes(figure_bytes(figure, suffix[1:]))
 
 
-def chart_csv(found: SceneLoci) -> str:
+def chart_csv(computed: SceneLoci) -> str:
     """The numbers of a chart: a line for each value, as `beamviz loci --format csv` writes them,
     with those of the second beam in further columns."""
-    lines = [f"beamviz {__version__}", *heading(found.first), *loci_notes(found.first)]
+    lines = [f"beamviz {__version__}", *heading(computed.first), *loci_notes(computed.first)]
     lines.append(
         "Branches     keep their label through a veering, where modes exchange their shapes"
     )
     lines.append("Columns      frequencies [1/T*]; _hertz [Hz]; _bending: share of kinetic energy")
     comments = "".join(f"# {line}".rstrip() + "\n" for line in lines)
-    if found.second is None:
-        return comments + loci_csv(found.first)
-    own, other = (rows_of(one) for one in (found.first, found.second))
-    leading = 1 + len(si_values(found.first))
-    heads = [*own[0], *(f"{found.title}: {head}" for head in other[0][leading:])]
-    rows = (a + b[leading:] for a, b in zip(own[1:], other[1:], strict=True))
+    if computed.second is None:
+        return comments + loci_csv(computed.first)
+    first, second = rows_of(computed.first), rows_of(computed.second)
+    leading = 1 + len(si_values(computed.first))
+    heads = [*first[0], *(f"{computed.title}: {head}" for head in second[0][leading:])]
+    rows = (a + b[leading:] for a, b in zip(first[1:], second[1:], strict=True))
     return comments + csv_text(heads, rows)
 
 
-def rows_of(found: Loci) -> list[list[str]]:
+def rows_of(loci: Loci) -> list[list[str]]:
     """The cells of the table of loci, the heads first."""
-    return [*csv.reader(io.StringIO(loci_csv(found)))]
+    return [*csv.reader(io.StringIO(loci_csv(loci)))]

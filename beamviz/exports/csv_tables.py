@@ -38,23 +38,23 @@ def csv_tables(path: Path, solution: Solution) -> Files:
 
 def mode_table(solution: Solution, second: str) -> bytes:
     """One line for each mode; `second`: the name of the other table."""
-    found, units = solution.columns, solution.beam.units
+    modes, units = solution.columns, solution.beam.units
     per_time = {
-        "frequency": found["frequency"],
-        "error": found["error"],
-        "growth rate": found["growth_rate"],
+        "frequency": modes["frequency"],
+        "error": modes["error"],
+        "growth rate": modes["growth_rate"],
     }
-    columns = {"mode": found["index"], "label": found["label"], "family": found["family"]}
+    columns = {"mode": modes["index"], "label": modes["label"], "family": modes["family"]}
     columns |= {f"{name} [1/T*]": values for name, values in per_time.items()}
     if units:
-        columns["frequency [Hz]"] = units.hertz(found["frequency"])
-        columns["error [Hz]"] = units.hertz(found["error"])
-        columns["frequency [rad/s]"] = units.angular_frequency(found["frequency"])
-        columns["growth rate [1/s]"] = units.angular_frequency(found["growth_rate"])
-    columns["bending fraction"] = found["bending_fraction"]
-    if "in_plane_fraction" in found:
-        columns["fraction in the plane of rotation"] = found["in_plane_fraction"]
-    columns["nodes [x/L]"] = [" ".join(map(repr, at.tolist())) for at in found["nodes"]]
+        columns["frequency [Hz]"] = units.hertz(modes["frequency"])
+        columns["error [Hz]"] = units.hertz(modes["error"])
+        columns["frequency [rad/s]"] = units.angular_frequency(modes["frequency"])
+        columns["growth rate [1/s]"] = units.angular_frequency(modes["growth_rate"])
+    columns["bending fraction"] = modes["bending_fraction"]
+    if "in_plane_fraction" in modes:
+        columns["fraction in the plane of rotation"] = modes["in_plane_fraction"]
+    columns["nodes [x/L]"] = [" ".join(map(repr, at.tolist())) for at in modes["nodes"]]
     return table(solution, f"Shapes and equilibrium along the beam: {second}", columns)
 
 

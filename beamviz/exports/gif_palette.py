@@ -33,9 +33,9 @@ class Palette:
         """A frame in the nearest of these colours."""
         colours, place, _ = distinct(np.asarray(frame))
         nearest = self.tree.query(colours)[1].astype(np.uint8)
-        found = Image.fromarray(nearest[place].reshape(frame.size[::-1]))
-        found.putpalette(self.colours.tobytes())
-        return found
+        picture = Image.fromarray(nearest[place].reshape(frame.size[::-1]))
+        picture.putpalette(self.colours.tobytes())
+        return picture
 
 
 def distinct(pixels: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -61,7 +61,7 @@ def means_of(colours: NDArray, weights: NDArray) -> NDArray:
         apart = weights * distance**2
         most = min(max(len(means) // GROWTH, 1), SIZE - len(means))
         divided = np.argsort(-np.bincount(group, apart))[:most]
-        farthest = [int(np.argmax(np.where(group == one, apart, 0.0))) for one in divided]
+        farthest = [int(np.argmax(np.where(group == number, apart, 0.0))) for number in divided]
         if not (more := [k for k in farthest if apart[k] > 0]):
             return means
         means = np.concatenate([means, colours[more]])

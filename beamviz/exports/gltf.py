@@ -166,8 +166,8 @@ def add_bodies(gltf: Gltf, drawn: BeamView, phases: np.ndarray, name: str) -> li
     for k, (node, size) in enumerate(drawn.bodies.meshes()):
         turned = np.roll(wxyzs[:, k], -1, axis=1)  # glTF has xyzw
         place = {"translation": positions[0, k].tolist(), "rotation": turned[0].tolist()}
-        own = name if len(drawn.bodies.shown) == 1 else f"{name} {k + 1}"
-        added = gltf.node(own, node.vertices * size, node.faces, colour, opacity, **place)
+        label = name if len(drawn.bodies.shown) == 1 else f"{name} {k + 1}"
+        added = gltf.node(label, node.vertices * size, node.faces, colour, opacity, **place)
         channels += [(added, "translation", positions[:, k]), (added, "rotation", turned)]
     return channels
 

@@ -37,10 +37,11 @@ from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import package_text, plain
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
 from beamviz.plotting.labels import HALO
-from beamviz.plotting.loci import Chart
+from beamviz.plotting.loci import LociDrawing
 from beamviz.scene import GIVEN, Scene, ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
 from beamviz.solver import solve_many
@@ -155,11 +156,11 @@ def numbers(solved: SolvedScene, solution: Solution, second: Solution | None = N
 
 def strength(solution: Solution) -> str:
     """The greatest stress (HTML) beside the yield stress; "" where it is not known or 0."""
-    found = solution.equilibrium.greatest_stress
-    if found is None or not found.pascals:
+    stress = solution.equilibrium.greatest_stress
+    if stress is None or not stress.pascals:
         return ""
-    kind = ' class="wrong"' if found.yields else ""
-    return f"<p{kind}>{escape(strength_text(found, solution.beam.units))}</p>"
+    kind = ' class="wrong"' if stress.yields else ""
+    return f"<p{kind}>{escape(strength_text(stress, solution.beam.units))}</p>"
 
 
 def comparison(solved: SolvedScene, solution: Solution, second: Solution | None) -> str:
@@ -177,7 +178,7 @@ def comparison(solved: SolvedScene, solution: Solution, second: Solution | None)
     cells = (
         f"<td><b>{row[0]}</b></td>" + "".join(f"<td>{x}</td>" for x in row[1:]) for row in rows
     )
-    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
+    head = "".join(f"<th>{escape(title)}</th>" for title in heads)
     body = "".join(f"<tr>{row}</tr>" for row in cells)
     return f'<table aria-label="comparison" class="compared"><tr>{head}</tr>{body}</table>'
 
@@ -188,18 +189,30 @@ def chart(scene: Scene) -> str:
     beam, over = scene.beam, scene.over
     multiples = scene.per_rev if over == "gamma" else ()
     try:
-        found = SceneLoci.of(scene)
+        computed = SceneLoci.of(scene)
     except BeamvizError as error:
         return f'<p class="wrong">{escape(str(error))}</p>'
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(found.first, axes, multiples, found.names)
-        if found.second:
-            drawn.draw_second(found.second)
-            axes.text(0.02, 0.99, f"grey: {found.title}", **IN_CORNER, transform=axes.transAxes)
+        drawn = LociDrawing(computed.first, axes, multiples, computed.names)
+        if computed.second:
+            drawn.draw_second(computed.second)
+            axes.text(0.02, 0.99, f"grey: {computed.title}", **IN_CORNER, transform=axes.transAxes)
         drawn.annotate(multiples)
-        return figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
+        element = figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
+    return element + event_key(drawn)
+
+
+def event_key(drawn: LociDrawing) -> str:
+    """The signs of the events in the chart with their meaning (HTML); "" without any."""
+    kinds = {event.kind for event in drawn.events if event.until is None}
+    keys = [
+        f'<span title="{escape(kind.meaning)}">{kind.sign} {kind.name}</span>'
+        for kind in EVENT_KINDS.values()
+        if kind.name in kinds
+    ]
+    return f'<p class="key">{", ".join(keys)}</p>' if keys else ""
 
 
 def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
@@ -212,8 +225,8 @@ def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
     moved = f' data-step="{step}"' if moves else ""
     enlarge = "this.classList.toggle('large')"
     by_key = "if (event.key === 'Enter') this.click()"
-    own = f'tabindex="0" onclick="{enlarge}" onkeydown="{by_key}"{moved}'
-    return f'<figure title="click, or press Enter, to enlarge" {own}><svg{svg}</figure>'
+    behaviour = f'tabindex="0" onclick="{enlarge}" onkeydown="{by_key}"{moved}'
+    return f'<figure title="click, or press Enter, to enlarge" {behaviour}><svg{svg}</figure>'
 
 
 class Speed(NamedTuple):
@@ -236,21 +249,21 @@ def solved_speeds(solved: SolvedScene) -> list[Speed]:
         if solved.second and not is_given(solved.scene):
             shown = solved.pair.second.shown if solved.pair else []
             second = solved_at(speeds, solved.scene.second_scene, solved.second, shown)
-        found = list(zip(first, second, strict=True))
+        pairs = list(zip(first, second, strict=True))
         here = int(np.searchsorted(speeds, beam.gamma))
 
-        slower, faster = drawable(found[:here][::-1], solved), drawable(found[here:], solved)
+        slower, faster = drawable(pairs[:here][::-1], solved), drawable(pairs[here:], solved)
         answers = [*slower[::-1], *faster]
         low, high = answers[0].first.beam.gamma, answers[-1].first.beam.gamma
     return answers
 
 
 def drawable(
-    found: Iterable[tuple[Solution | None, Solution | None]], solved: SolvedScene
+    pairs: Iterable[tuple[Solution | None, Solution | None]], solved: SolvedScene
 ) -> list[Speed]:
     """The speeds up to the first one at which a beam in the picture has no solution."""
     speeds = []
-    for first, second in found:
+    for first, second in pairs:
         if first is None or (second is None and solved.pair):
             break
         speeds.append(Speed(first, second))
@@ -292,31 +305,33 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     equilibria: of the first beam, and of a second one that is not drawn over it.
     """
     beam, view = solved.scene.beam, solved.scene.view
-    found = solved_speeds(solved)
-    solutions = [one.first for one in found]
+    answers = solved_speeds(solved)
+    solutions = [answer.first for answer in answers]
     shapes = sampled_at(solutions)
     speed = measure("gamma", beam.units)
     gammas = [solution.beam.gamma for solution in solutions]
     rows = [beam_data(row, shapes) for row in beams.rows]
     labels = [solved.solution.labels[k] for k in solved.shown]
-    rates = {label: [frequency_of(one, label) for one in solutions] for label in labels}
+    rates = {label: [frequency_of(answer, label) for answer in solutions] for label in labels}
     equilibria = [equilibrium_data(beams.rows[0], shapes)]
     if beams.second:
-        others = [one.second for one in found if one.second]
+        others = [answer.second for answer in answers if answer.second]
         other_shapes = sampled_at(others)
         data = beam_data(beams.second, other_shapes)
-        own = {SECOND_MODE + name: name for name in data["modes"]}
-        rates |= {key: [frequency_of(one, name) for one in others] for key, name in own.items()}
+        renamed = {SECOND_MODE + name: name for name in data["modes"]}
+        rates |= {
+            key: [frequency_of(answer, name) for answer in others] for key, name in renamed.items()
+        }
         if not beams.second.overlay:
             equilibria.append(equilibrium_data(beams.second, other_shapes))
         at = -1 if beams.second.overlay else 1
-        rows.append({**data, "modes": [*own], "equilibrium": at})
+        rows.append({**data, "modes": [*renamed], "equilibrium": at})
     return {
         "gammas": gammas,
         "start": gammas.index(beam.gamma),
         "speeds": [speed.text(gamma, 4) for gamma in gammas],
         "factor": speed.factor,
-        "numbers": [numbers(solved, one.first, one.second) for one in found],
+        "numbers": [numbers(solved, answer.first, answer.second) for answer in answers],
         "frequencies": rates,
         "resolution": RESOLUTION,
         "equilibria": equilibria,

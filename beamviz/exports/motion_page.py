@@ -56,9 +56,9 @@ def panel(
     """The beam and what happens to it, the present moment, the chart and a table of moments."""
     beam = motion.beam
     rows = "".join(
-        f'<tr><th scope="row">{escape(one["label"])}</th><td id="reading-{k}"></td>'
-        f"<td>{escape(one['unit'])}</td></tr>"
-        for k, one in enumerate(values[1:], 1)
+        f'<tr><th scope="row">{escape(value["label"])}</th><td id="reading-{k}"></td>'
+        f"<td>{escape(value['unit'])}</td></tr>"
+        for k, value in enumerate(values[1:], 1)
     )
     known, stress = length_text(motion.error, beam.units, 1), motion.greatest_stress
     return (
@@ -133,7 +133,7 @@ def motion_data(
     speeds, speed = [], row.surroundings.speed if row.surroundings else None
     if row.surroundings and speed and speed.text:
         gamma = np.interp(t, motion.t, motion.gamma).tolist()
-        speeds = [row.surroundings.speed_text(one, motion.beam.units) for one in gamma]
+        speeds = [row.surroundings.speed_text(value, motion.beam.units) for value in gamma]
     return {
         "until": float(t[-1]),
         "rate": max(scene.rate, float(t[-1]) / LONGEST),

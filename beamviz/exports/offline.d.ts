@@ -73,7 +73,7 @@ interface OfflineScene {
   beams: Array<OfflineBeam>;
 }
 
-interface Equilibrium {
+interface OfflineEquilibrium {
   vertices: Array<Array<number>>;
   faces: Array<number>;
 }
@@ -91,7 +91,7 @@ interface OfflineSpeeds {
   factor: number;
   numbers: Array<string>;
   frequencies: Record<string, Array<number>>;
-  equilibria: Array<Equilibrium>;
+  equilibria: Array<OfflineEquilibrium>;
   arrow: string;
   captions: Array<Array<SceneCaption>>;
 }

@@ -33,47 +33,37 @@ class BodyLabel(Record):
 
 
 class Surface(Record):
-    """The surface of a beam that is drawn in one piece. rings: the station of each of its sections,
-    thickness and breadth there; faces: three vertices of each triangle, four of a section."""
+    """The surface of a beam that is drawn in a single piece."""
 
-    rings: list[tuple[int, float, float]]
-    faces: list[int]
+    rings: list[tuple[int, float, float]]  # of each section its station, thickness and breadth
+    faces: list[int]  # three vertices of each triangle; a section has four vertices
 
 
 class OfflineBeam(Record):
-    """A beam in n pieces, of which the last one begins at station n - 1.
+    """A beam in n pieces, of which the last begins at station n - 1."""
 
-    root: name of its node; normal: of its plane of motion; largest: the end of the colour map;
-    sections, thicknesses: of each piece; capped: the pieces whose ends are seen; bodies: by the
-    names of their nodes, the stations of their instances; surface: of a beam that is drawn over
-    another one, in the frame of its hub, in place of the pieces.
-    """
-
-    root: str
-    normal: Vec3
-    largest: float
-    sections: list[tuple[float, float]]
-    thicknesses: list[float]
-    capped: list[int]
-    bodies: dict[str, list[int]]
+    root: str  # name of its node
+    normal: Vec3  # of its plane of motion
+    largest: float  # the end of the colour map
+    sections: list[tuple[float, float]]  # of each piece
+    thicknesses: list[float]  # of each piece
+    capped: list[int]  # the pieces whose ends are seen
+    bodies: dict[str, list[int]]  # by the names of their nodes, the stations of their instances
     labels_of_bodies: list[BodyLabel]
+    # Of a beam that is drawn over another, in the frame of its hub, in place of the pieces.
     surface: Surface | None
 
 
 class VibratingBeam(OfflineBeam):
-    """A beam that moves in modes of these names; states: see `html_page.beam_data`; equilibrium:
-    the number of its body at rest, -1 without one.
+    """A beam that moves in modes."""
 
-    ring: the length of the mark of a node along the beam, and its size over that of the section;
-    component: of the displacement whose zeros are nodes.
-    """
-
-    modes: list[str]
-    equilibrium: int
-    states: Steps
+    modes: list[str]  # their names
+    equilibrium: int  # the number of its body at rest, -1 without
+    states: Steps  # see `html_page.beam_data`
+    # The length of the mark of a node along the beam, and its size over that of the section.
     ring: tuple[float, float]
     ring_colour: list[int]
-    component: int
+    component: int  # of the displacement whose zeros are nodes
 
 
 class MovedBeam(OfflineBeam):
@@ -84,22 +74,17 @@ class MovedBeam(OfflineBeam):
 
 
 class OfflineScene(Record):
-    """What all pages have.
+    """The data that all pages have."""
 
-    rate: time [T*] per second on the screen; resolution: the unit of `Steps`; turning: the node
-    that turns with the hub, and its sense; palette: red, green and blue of each colour; strain: the
-    colours are of strain, else of displacement.
-    """
-
-    rate: float
-    resolution: float
-    turning: tuple[str, int]
-    palette: list[int]
-    strain: bool
+    rate: float  # time [T*] per second on the screen
+    resolution: float  # the unit of `Steps`
+    turning: tuple[str, int]  # the node that turns with the hub, and its sense
+    palette: list[int]  # red, green and blue of each colour
+    strain: bool  # whether the colours are of strain, else of displacement
     beams: Sequence[OfflineBeam]
 
 
-class Equilibrium(Record):
+class OfflineEquilibrium(Record):
     """A body at rest: vertices (3 v, speeds) and the triangles of these."""
 
     vertices: Steps
@@ -116,7 +101,7 @@ class OfflineSpeeds(OfflineScene):
     factor: float
     numbers: list[str]
     frequencies: dict[str, list[float]]
-    equilibria: list[Equilibrium]
+    equilibria: list[OfflineEquilibrium]
     arrow: str
     captions: list[list[SceneCaption]]
 

@@ -342,10 +342,10 @@ def draw(
     nearest = np.zeros(count * np.count_nonzero(pixels), np.float32)
     result = np.zeros((len(nearest), 4), np.float32)
     for part in (solid, ~solid):  # translucent ones over the others
-        found = np.flatnonzero(part & (depth >= nearest[slot]))
-        np.maximum.at(nearest, slot[found], depth[found])
-        found = found[nearest[slot[found]] == depth[found]]
-        at, colour = slot[found], np.take(rgba, triangle[found], axis=0)
+        front = np.flatnonzero(part & (depth >= nearest[slot]))
+        np.maximum.at(nearest, slot[front], depth[front])
+        front = front[nearest[slot[front]] == depth[front]]
+        at, colour = slot[front], np.take(rgba, triangle[front], axis=0)
         result[at] = colour if part is solid else colour + (1 - colour[:, 3:]) * result[at]
     touched = np.flatnonzero(nearest.reshape(-1, count).any(axis=1))
     mean = result.reshape(-1, count, 4)[touched].mean(axis=1)
@@ -355,8 +355,8 @@ def draw(
 
 def edges(shown: np.ndarray) -> np.ndarray:
     """Where a picture (h, w, 4) in bytes differs visibly from a neighbouring pixel: (h, w)."""
-    visible, found = shown.view(np.uint32)[..., 0] & CONTRAST, np.zeros(shown.shape[:2], bool)
+    visible, edge = shown.view(np.uint32)[..., 0] & CONTRAST, np.zeros(shown.shape[:2], bool)
     for axis in (0, 1):
         differ = visible != np.roll(visible, 1, axis)
-        found |= differ | np.roll(differ, -1, axis)
-    return found
+        edge |= differ | np.roll(differ, -1, axis)
+    return edge

@@ -169,7 +169,7 @@ class Loop:
             raise InvalidInput("pace = 0: a film needs a pace above 0")
         period, apart = 2 * math.pi / rates[0], differences(solved)
         most = max(1, int(LOOP_SECONDS * rate / period), COMPARED_PERIODS if apart else 0)
-        largest = min([MAX_CHANGE, *(one / 2 for one in apart)])
+        largest = min([MAX_CHANGE, *(difference / 2 for difference in apart)])
         tried = np.array([periods]) if periods else np.arange(1, most + 1)
         cycles_run = tried[:, None] * rates / rates[0]  # cycles of each motion
         cycles = np.rint(cycles_run)
@@ -225,8 +225,8 @@ def differences(solved: SolvedScene) -> list[float]:
     beam that move and of their partners."""
     if solved.pair is None:
         return []
-    own, (_, second, partner) = solved.shapes.frequencies, solved.pair
-    pairs = [(second.shapes.frequencies[j], own[partner[j]]) for j in second.shown]
+    frequencies, (_, second, partner) = solved.shapes.frequencies, solved.pair
+    pairs = [(second.shapes.frequencies[j], frequencies[partner[j]]) for j in second.shown]
     return [apart for a, b in pairs if b > 0 and (apart := abs(float(a / b) - 1)) >= APART]
 
 

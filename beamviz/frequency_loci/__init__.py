@@ -1,6 +1,7 @@
 """Loci: frequencies along one parameter of a beam, mode by mode."""
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,14 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
-from beamviz.frequency_loci.branches import Branch, Part, branches_at
+from beamviz.frequency_loci.branches import Branch, LabelledTrack, branches_at
 from beamviz.frequency_loci.events import (
     EVENT_COLUMNS,
     EVENT_KINDS,
-    Event,
-    Tracked,
+    checked_kinds,
     locate_events,
+    record_of,
 )
+from beamviz.frequency_loci.events.coalescence import COALESCENCE
+from beamviz.frequency_loci.events.record import Event, Tracked
+from beamviz.frequency_loci.events.resonance import RESONANCE
 from beamviz.frequency_loci.limits import (
     ExistenceSearch,
     Limit,
@@ -26,7 +30,7 @@ from beamviz.frequency_loci.limits import (
     stability_changes,
 )
 from beamviz.frequency_loci.margins import Margin, margins_at
-from beamviz.frequency_loci.path import Path, check_values, first_error
+from beamviz.frequency_loci.path import ParameterPath, check_values, first_error
 from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
 from beamviz.solver import parse_keywords
 from beamviz.solver.problem import Problem
@@ -47,6 +51,7 @@ class Loci:
     values: NDArray  # (values,)
     branches: tuple[Branch, ...]
     events: tuple[Event, ...]  # by ascending value
+    kinds: tuple[str, ...]  # of the events that were looked for
     limits: tuple[Limit, ...]
     solves: int  # number of values solved
     seconds: float
@@ -85,7 +90,7 @@ class Loci:
         """The events as rows of a pandas.DataFrame."""
         from beamviz.tables import dataframe
 
-        return dataframe(EVENT_COLUMNS, [event.record for event in self.events])
+        return dataframe(EVENT_COLUMNS, [record_of(event) for event in self.events])
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
@@ -106,9 +111,9 @@ class Loci:
         return html_table(repr(self), event_columns(self.over, self.units, events))
 
     @property
-    def path(self) -> Path:
+    def path(self) -> ParameterPath:
         """The path of these loci, without the outcomes: each use solves anew."""
-        return Path(self.beam, self.over, self.problem)
+        return ParameterPath(self.beam, self.over, self.problem)
 
     @property
     def units(self) -> Units | None:
@@ -117,7 +122,13 @@ class Loci:
 
 
 def loci(
-    beam: Beam, over: str, values: ArrayLike, modes: int = 5, per_rev: int = 0, **options: Any
+    beam: Beam,
+    over: str,
+    values: ArrayLike,
+    modes: int = 5,
+    per_rev: int = 0,
+    kinds: Collection[str] | None = None,
+    **options: Any,
 ) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
@@ -129,15 +140,17 @@ def loci(
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
     events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam
     does flapwise, has one from `at` to `until`; the speed of `beam` is then the operating speed, at
-    which `margins` has the distances of the modes to these lines. options: as for solve(). Ranges
-    without a stable equilibrium are reported in `limits`.
+    which `margins` has the distances of the modes to these lines. kinds: names of the kinds of
+    events to look for, by default all but those on request (see EVENT_KINDS). options: as for
+    solve(). Ranges without a stable equilibrium are reported in `limits`.
     Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()
     over, factor = parse_over(over, beam.units)
     values = check_values("over =", over, values, 2, MAX_POINTS, factor)
     per_rev = check_int("per_rev", per_rev, 0, MAX_PER_REV)
-    path = Path(beam, over, parse_keywords(**options, modes=modes))
+    sought = checked_kinds(kinds, per_rev)
+    path = ParameterPath(beam, over, parse_keywords(**options, modes=modes))
     low, high = values[[0, -1]].tolist()
     grid = grid_values(low, high)
     path.solve(np.union1d(grid, values))
@@ -149,8 +162,8 @@ def loci(
     if not branches:
         raise first_error(path.solve(values))
     tracked = Tracked(path, grid, parts, per_rev)
-    events, unlocated = locate_events(tracked)
-    coalescences = [event.at for event in events if event.kind == "coalescence"]
+    events, unlocated = locate_events(tracked, sought)
+    coalescences = [event.at for event in events if event.kind == COALESCENCE.name]
     limits = [*limits_of(search.changes, high, over), *unlocated]
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
@@ -165,6 +178,7 @@ def loci(
         values=values,
         branches=branches,
         events=events,
+        kinds=tuple(kind.name for kind in sought),
         limits=tuple(sorted(limits, key=lambda limit: limit.start)),
         solves=solves,
         seconds=time.perf_counter() - began,
@@ -173,7 +187,7 @@ def loci(
     )
 
 
-def _part(path: Path, solved: Range, grid: NDArray) -> Part:
+def _part(path: ParameterPath, solved: Range, grid: NDArray) -> LabelledTrack:
     """The loci on the grid in a range with solutions, with more values towards limits of
     equilibrium."""
     values = grid[(grid >= solved.low) & (grid <= solved.high)]
@@ -182,26 +196,28 @@ def _part(path: Path, solved: Range, grid: NDArray) -> Part:
         towards.append(values_towards(solved.high, values[-1]))
     if solved.ends_low:
         towards.append(values_towards(solved.low, values[0]))
-    return Part(track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards))))
+    return LabelledTrack(
+        track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards)))
+    )
 
 
-def resonances(found: Loci, count: int = 1) -> list[Event]:
+def resonances(tracked_loci: Loci, count: int = 1) -> list[Event]:
     """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count,
     as events of the kind "resonance".
 
     Raises InvalidInput for loci over another parameter.
     """
     count = check_int("count", count, 0, MAX_PER_REV)
-    if count and found.over != "gamma":
-        raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    tracked = found.tracked._replace(per_rev=count)
-    located = EVENT_KINDS["resonance"].locate(tracked)
+    if count and tracked_loci.over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {tracked_loci.over}")
+    tracked = tracked_loci.tracked._replace(per_rev=count)
+    located = RESONANCE.locate(tracked)
     events = [event for event in located if isinstance(event, Event)]
     return sorted(events, key=lambda event: event.at)
 
 
-def at_values(found: Loci, values: NDArray) -> Loci:
-    """`found` at other values in its range, solved for, with the same branches."""
-    branches = branches_at(found.path, values, found.tracked.parts)
-    events = tuple(event for event in found.events if values[0] <= event.at <= values[-1])
-    return replace(found, values=values, branches=branches, events=events)
+def at_values(loci: Loci, values: NDArray) -> Loci:
+    """Loci at other values in their range, solved for, with the same branches."""
+    branches = branches_at(loci.path, values, loci.tracked.parts)
+    events = tuple(event for event in loci.events if values[0] <= event.at <= values[-1])
+    return replace(loci, values=values, branches=branches, events=events)

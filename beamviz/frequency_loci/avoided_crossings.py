@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.frequency_loci.mode_vectors import ModeVectors
-from beamviz.frequency_loci.path import Modes, Path
+from beamviz.frequency_loci.path import ParameterPath, PathModes
 from beamviz.frequency_loci.tracking import Track
 from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
@@ -89,14 +89,14 @@ def candidates(track: Track) -> list[Candidate]:
     for i, family, k in np.argwhere(exchanged).tolist():
         if not {(i - 1, i + 1, family, k), (i, i + 2, family, k)} & places:
             places.add((i, i + 1, family, k))
-    found = []
+    minima = []
     for low, high, family, k in sorted(places):
         pair = gap[:, family, k]
         others = [ends for *ends, other_family, j in places if (other_family, j) == (family, k)]
         first = _end_of_growth(pair, low, -1, {last for _, last in others})
         last = _end_of_growth(pair, high, 1, {first for first, _ in others})
-        found.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
-    return found
+        minima.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
+    return minima
 
 
 def _end_of_growth(gap: NDArray, start: int, step: int, others: set[int]) -> int:
@@ -171,7 +171,7 @@ class Search:
         return inside and is_small and least.ranks[0] < modes
 
 
-def locate(searches: list[Search], path: Path) -> None:
+def locate(searches: list[Search], path: ParameterPath) -> None:
     """Run searches to their ends, their solves in batches."""
     for _ in range(ROUNDS):
         active = [search for search in searches if not (search.is_settled or search.is_hopeless)]
@@ -202,7 +202,7 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     k = np.array([search.candidate.k for search in searches])
     pair = np.stack((k, k + 1), axis=1)
 
-    def ranks(modes: Modes, at: NDArray) -> NDArray:
+    def ranks(modes: PathModes, at: NDArray) -> NDArray:
         """The indices (n, 2, 2) among all modes of both modes at two of the values (n, 2)."""
         value = np.searchsorted(modes.at, at)
         return modes.rank[value[..., None], family[:, None, None], pair[:, None]]

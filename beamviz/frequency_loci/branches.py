@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.frequency_loci.avoided_crossings import AvoidedCrossing, avoided_crossings
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import ParameterPath
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver.solution import (
     Solution,
@@ -97,7 +97,7 @@ class Branch:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class LabelledTrack:
     """The branches of a track: their numbers, their labels, and where they cross or avoid to.
 
     The number of a branch is that of its mode by family at the lowest value, family x k + index
@@ -199,7 +199,9 @@ class Part:
         return tuple(self.labels.get(number, f"{number + 1}") for number in numbers_of_places)
 
 
-def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Branch, ...]:
+def branches_at(
+    path: ParameterPath, values: NDArray, parts: Sequence[LabelledTrack]
+) -> tuple[Branch, ...]:
     """The branches at some values. Parts of a branch with the same label are joined."""
     modes, count = path.modes(values), path.problem.modes
     n = len(values)

@@ -18,7 +18,7 @@ from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import loci
-from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.events.record import Event
 from beamviz.solver import solve_many
 from beamviz.solver.quadrature import moment_of_weight, quadrature
 from beamviz.solver.solution import Solution, read_only
@@ -134,8 +134,8 @@ def run_up(
             "root = 0: a hinged beam has no static deflection to relate amplitudes to"
         )
     even = np.linspace(0.0, stop, SPEEDS)
-    found = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options)
-    excited = tuple(event for event in found.events if event.per_rev == per_rev)
+    tracked = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options)
+    excited = tuple(event for event in tracked.events if event.per_rev == per_rev)
     near = [event.at * (1 + damping * NEAR) for event in excited]
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
@@ -145,5 +145,5 @@ def run_up(
         if isinstance(outcome, Solution):
             (tip,) = displacement(outcome, per_rev * outcome.beam.gamma, damping, TIP)
             amplitudes[k] = semi_major_axis(tip)
-    amplitudes /= static_deflection(beam, found.problem.plane)
+    amplitudes /= static_deflection(beam, tracked.problem.plane)
     return RunUp(beam, per_rev, damping, speeds, read_only(amplitudes), excited)

@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Event, Loci
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
@@ -135,17 +136,17 @@ def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
     return f"{'/'.join(labels[k] for k in parts)} mixed {':'.join(f'{x:.0f}' for x in shares)}"
 
 
-def names_of_branches(found: Loci, value: float) -> dict[str, str]:
+def names_of_branches(loci: Loci, value: float) -> dict[str, str]:
     """The names of the modes by branch label, at the value of the sweep nearest to `value`. Two
     branches that veer keep their labels and exchange their shapes, so the names of their modes. A
     solve is needed with Coriolis forces, and where the branches lack a lower mode."""
-    k = int(np.argmin(abs(found.values - value)))
-    branches = {int(branch.mode_index[k]): branch for branch in found.branches}  # by mode
+    k = int(np.argmin(abs(loci.values - value)))
+    branches = {int(branch.mode_index[k]): branch for branch in loci.branches}  # by mode
     branches.pop(-1, None)  # not among the modes there
-    if not found.problem.gyroscopic and max(branches, default=0) < len(branches):
+    if not loci.problem.gyroscopic and max(branches, default=0) < len(branches):
         every = [branches[mode] for mode in range(len(branches))]
         in_plane = None
-        if found.problem.in_space:
+        if loci.problem.in_space:
             in_plane = [row[k] for each in every if (row := each.in_plane_fraction) is not None]
         labels = labels_of([branch.bending_fraction[k] for branch in every], in_plane)
     else:
@@ -154,14 +155,14 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
     return {branch.label: labels[mode] for mode, branch in branches.items()}
 
 
-def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
+def names_of_event(loci: Loci, event: Event) -> tuple[str, ...]:
     """The names of the modes of an event, at the value of the sweep nearest to it: of two that
-    cross, come close or merge the second may be the next one above those asked for. An event of the
+    meet there the second may be the next one above those asked for. An event of the
     equilibria is of the lowest modes of two states, whose names are those of its branches."""
-    if event.kind not in ("crossing", "veering", "close approach", "coalescence"):
+    if not EVENT_KINDS[event.kind].of_single_state:
         return event.branches
-    k = int(np.argmin(abs(found.values - event.at)))
-    branches = [branch for branch in found.branches if branch.label in event.branches]
+    k = int(np.argmin(abs(loci.values - event.at)))
+    branches = [branch for branch in loci.branches if branch.label in event.branches]
     modes = [int(branch.mode_index[k]) for branch in branches if branch.mode_index[k] >= 0]
     solution = branches[0].solutions[k] if modes else None
     if solution is None:

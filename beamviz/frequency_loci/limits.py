@@ -11,7 +11,7 @@ from scipy.interpolate import barycentric_interpolate
 
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.mode_vectors import Outcome
-from beamviz.frequency_loci.path import Modes, Path
+from beamviz.frequency_loci.path import ParameterPath, PathModes
 from beamviz.frequency_loci.roots import find_roots
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver.solution import Solution
@@ -106,7 +106,7 @@ class ExistenceSearch:
     changes: these values, ascending, with the kind of outcome from each on. ranges: with solutions.
     """
 
-    def __init__(self, path: Path, grid: NDArray):
+    def __init__(self, path: ParameterPath, grid: NDArray):
         self.path = path
         self.end = float(grid[-1])
         self.length = float(grid[-1] - grid[0])
@@ -229,13 +229,13 @@ def stability_changes(track: Track, coalescences: Sequence[float]) -> list[Chang
     return changes
 
 
-def _lowest(modes: Modes) -> NDArray:
+def _lowest(modes: PathModes) -> NDArray:
     """A function (n,) that vanishes with the lowest omega^2, and nearer to a straight line: that
     may be -1e9."""
     return np.arcsinh(np.fmin.reduce(modes.omega_squared, axis=(1, 2)))
 
 
-def _bisected(path: Path, low: float, high: float, kind: str) -> float:
+def _bisected(path: ParameterPath, low: float, high: float, kind: str) -> float:
     """The value between two at which an outcome ceases to be of a kind, to ROUGH of their
     distance."""
     fine = ROUGH * (high - low)

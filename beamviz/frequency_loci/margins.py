@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.frequency_loci.branches import Part, branches_at
-from beamviz.frequency_loci.events import Event
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.branches import LabelledTrack, branches_at
+from beamviz.frequency_loci.events.record import Event
+from beamviz.frequency_loci.path import ParameterPath
 
 
 class Margin(NamedTuple):
@@ -46,7 +46,7 @@ class Margin(NamedTuple):
 
 
 def margins_at(
-    path: Path, parts: Sequence[Part], per_rev: int, events: Sequence[Event]
+    path: ParameterPath, parts: Sequence[LabelledTrack], per_rev: int, events: Sequence[Event]
 ) -> tuple[Margin, ...]:
     """The margins of the modes to the lines 1 .. per_rev, by frequency, at the speed of the beam;
     none where it is at rest, or that speed not among the loci."""

@@ -17,10 +17,10 @@ from beamviz.solver.straight import displacements
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
 MORE_IN_SPAN = 2  # Gauss points between two discontinuities of a blade, however close
-STEP = 1e-4  # of the difference that is the rotation of a body
-# For the frequency of a rigid rotation. Its products with other modes are wrong by the root of it
-# and by the error of the quadrature over that root: together 0.02 at most for five hinged beams,
-# 0.5 with 1e-6.
+STEP = 1e-4  # [x/L] of the finite difference for the rotation of a body
+# The frequency that the product of modes takes for a rigid rotation, whose frequency is 0. The
+# error of that product is the root of RIGID, plus the error of the quadrature over this root: for
+# five hinged beams at most 0.02 with 1e-3, and 0.5 with 1e-6.
 RIGID = 1e-3
 TINY = float(np.finfo(float).tiny)
 
@@ -231,12 +231,12 @@ def _of_real_square(fields: np.ndarray) -> np.ndarray:
     return fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]
 
 
-def _mass_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+def _mass_product(first: ModeVectors, second: ModeVectors) -> np.ndarray:
     """phi_i* M phi_j."""
-    return _sums(_joined(one.fields), _joined(other.fields))
+    return _sums(_joined(first.fields), _joined(second.fields))
 
 
-def _complex_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+def _complex_product(first: ModeVectors, second: ModeVectors) -> np.ndarray:
     """The product of modes phi = (u, w) of M q" + 2 gamma G q' + K q = 0 with complex u and w.
 
     The equation of mode j times phi_i*, less that of mode i times phi_j*, is omega_i - omega_j
@@ -246,14 +246,14 @@ def _complex_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
 
     with i phi_i* G phi_j = i sum (w_i* u_j - u_i* w_j). This is its real part.
     """
-    (u, w), (other_u, other_w) = _components(one), _components(other)
-    omega, gamma = _sum_of_each(one.frequencies, other.frequencies), _sum_of_gamma(one, other)
-    inertia = _sums(u, other_u) + _sums(w, other_w)
-    swirl = _sums(w, other_u) - _sums(u, other_w)
+    (u, w), (second_u, second_w) = _components(first), _components(second)
+    omega, gamma = _sum_of_each(first.frequencies, second.frequencies), _sum_of_gamma(first, second)
+    inertia = _sums(u, second_u) + _sums(w, second_w)
+    swirl = _sums(w, second_u) - _sums(u, second_w)
     return omega * inertia.real + gamma * swirl.imag
 
 
-def _gyroscopic_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+def _gyroscopic_product(first: ModeVectors, second: ModeVectors) -> np.ndarray:
     """The same product of modes (u, i w) of a straight beam, with real u and w,
 
         (omega_i + omega_j) (u_i M u_j + w_i M w_j) - 2 gamma (w_i M u_j + u_i M w_j).
@@ -267,18 +267,18 @@ def _gyroscopic_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
     Half the product changes its sign where that keeps it from vanishing at the onset of
     instability.
     """
-    (u, w), (other_u, other_w) = _components(one), _components(other)
-    sign, other_sign = _signs(one)[:, :, None], _signs(other)[:, None]
-    omega, other_omega = one.frequencies[:, :, None], other.frequencies[:, None]
-    signed = np.where(one.omega_squared >= 0, 1.0, -1.0)[:, :, None] * omega
-    other_signed = np.where(other.omega_squared >= 0, 1.0, -1.0)[:, None] * other_omega
+    (u, w), (other_u, other_w) = _components(first), _components(second)
+    sign, other_sign = _signs(first)[:, :, None], _signs(second)[:, None]
+    omega, other_omega = first.frequencies[:, :, None], second.frequencies[:, None]
+    signed = np.where(first.omega_squared >= 0, 1.0, -1.0)[:, :, None] * omega
+    other_signed = np.where(second.omega_squared >= 0, 1.0, -1.0)[:, None] * other_omega
     # In space w, which the Coriolis force acts on, is the component in the plane of rotation.
     along = _sums(u, other_u)
-    across = _sums(_joined(one.fields[:, :, 1:]), _joined(other.fields[:, :, 1:]))
-    gamma = _sum_of_gamma(one, other)
-    first = omega * along + other_signed * across - gamma * _sums(w, other_u)
-    second = signed * across + other_omega * along - gamma * _sums(u, other_w)
-    return first + sign * other_sign * second
+    across = _sums(_joined(first.fields[:, :, 1:]), _joined(second.fields[:, :, 1:]))
+    gamma = _sum_of_gamma(first, second)
+    half = omega * along + other_signed * across - gamma * _sums(w, other_u)
+    other_half = signed * across + other_omega * along - gamma * _sums(u, other_w)
+    return half + sign * other_sign * other_half
 
 
 def _signs(vectors: ModeVectors) -> np.ndarray:
@@ -298,16 +298,16 @@ def _joined(fields: np.ndarray) -> np.ndarray:
     return fields.reshape(*fields.shape[:2], math.prod(fields.shape[2:]))
 
 
-def _sums(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Sums over the points (n, m, k) of one* (n, m, points) times other (n, k, points)."""
-    return one.conj() @ other.mT
+def _sums(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Sums over the points (n, m, k) of first* (n, m, points) times second (n, k, points)."""
+    return first.conj() @ second.mT
 
 
-def _sum_of_each(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _sum_of_each(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """The sums (n, m, k) of numbers of modes (n, m) and (n, k)."""
-    return one[:, :, None] + other[:, None]
+    return first[:, :, None] + second[:, None]
 
 
-def _sum_of_gamma(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+def _sum_of_gamma(first: ModeVectors, second: ModeVectors) -> np.ndarray:
     """The sum (n, 1, 1) of gamma: twice their mean."""
-    return (one.gamma + other.gamma)[:, None, None]
+    return (first.gamma + second.gamma)[:, None, None]

@@ -54,7 +54,7 @@ def check_values(
     return read_only(array)
 
 
-class Modes(NamedTuple):
+class PathModes(NamedTuple):
     """Modes at values of a parameter by family, bending first; or all modes as one family. In space
     they are one, though modes of planes that do not couple may cross."""
 
@@ -90,7 +90,7 @@ class Modes(NamedTuple):
 
 
 @dataclass
-class Path:
+class ParameterPath:
     """A beam with one free parameter, and the outcome at each value solved so far."""
 
     beam: Beam
@@ -175,7 +175,7 @@ class Path:
         ends = self.solve(np.array([low, high]))
         return len({each.equilibrium.shape for each in ends if isinstance(each, Solution)}) == 2
 
-    def modes(self, values: NDArray) -> Modes:
+    def modes(self, values: NDArray) -> PathModes:
         """The modes at values (n,), ascending or not; nan without a solution."""
         outcomes, count = self.solve(values), self.problem.modes + self.extra_modes
         solved = [isinstance(outcome, Solution) for outcome in outcomes]
@@ -189,10 +189,10 @@ class Path:
             in_plane = np.full(s.shape, math.nan)
             if solutions:
                 in_plane[solved] = [solution.in_plane_fraction for solution in solutions]
-            return Modes(values, s[:, None], bending[:, None], in_plane[:, None])
+            return PathModes(values, s[:, None], bending[:, None], in_plane[:, None])
         if self.is_coupled:
-            return Modes(values, s[:, None], bending[:, None])
-        return Modes(values, *_by_family(s, bending))
+            return PathModes(values, s[:, None], bending[:, None])
+        return PathModes(values, *_by_family(s, bending))
 
     def vectors(self, values: NDArray) -> ModeVectors:
         """The mode vectors at those of the ascending values that have a solution."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.frequency_loci.mode_vectors import ModeVectors
-from beamviz.frequency_loci.path import Modes, Path
+from beamviz.frequency_loci.path import ParameterPath, PathModes
 from beamviz.solver.solution import Solution
 
 INTERVALS = 80  # of the grid: its values are the 81 points of a page
@@ -48,13 +48,13 @@ class Track:
     values: of the grid (n,), ascending, each with a solution.
     """
 
-    path: Path
+    path: ParameterPath
     low: float
     high: float
     values: NDArray
 
     @cached_property
-    def modes(self) -> Modes:
+    def modes(self) -> PathModes:
         """The modes at these values."""
         return self.path.modes(self.values)
 
@@ -74,7 +74,7 @@ class Track:
         return continuity(self.modes, self.vectors, self.path.problem.modes)
 
 
-def track_loci(path: Path, low: float, high: float, values: NDArray) -> Track:
+def track_loci(path: ParameterPath, low: float, high: float, values: NDArray) -> Track:
     """The loci at values of the grid (n,), with more where modes are not recognised from one value
     to the next: intervals are halved. Values without a solution are left out."""
     track = Track(path, low, high, _with_solution(path, values))
@@ -88,13 +88,13 @@ def track_loci(path: Path, low: float, high: float, values: NDArray) -> Track:
     return track
 
 
-def _with_solution(path: Path, values: NDArray) -> NDArray:
+def _with_solution(path: ParameterPath, values: NDArray) -> NDArray:
     """Those of some values that have a solution."""
     outcomes = path.solve(values)
     return values[[isinstance(outcome, Solution) for outcome in outcomes]]
 
 
-def continuity(modes: Modes, vectors: ModeVectors, count: int) -> Continuity:
+def continuity(modes: PathModes, vectors: ModeVectors, count: int) -> Continuity:
     """How the modes on a grid continue, `count` of them requested, by the shares of each shape in
     those at the next value."""
     before, after = vectors.chosen(slice(None, -1)), vectors.chosen(slice(1, None))

@@ -11,7 +11,8 @@ from beamviz.datasets import QUANTITIES
 from beamviz.files import csv_text, json_text
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
-from beamviz.frequency_loci.events import EVENT_COLUMNS, Event
+from beamviz.frequency_loci.events import EVENT_COLUMNS, EXCHANGES, record_of
+from beamviz.frequency_loci.events.record import Event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
@@ -32,7 +33,7 @@ def loci_json(loci: Loci) -> str:
             {key: value for key in keys if (value := getattr(branch, key)) is not None}
             for branch in loci.branches
         ],
-        "events": [event.record for event in loci.events],
+        "events": [record_of(event) for event in loci.events],
         "limits": loci.limits,
         **({"margins": [margin.record for margin in loci.margins]} if loci.margins else {}),
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
@@ -42,7 +43,7 @@ def loci_json(loci: Loci) -> str:
             record["hertz"] = units.hertz(record["frequency"])
         data["units"] = units_record(units)
         data |= si_values(loci)
-        data["events"] = [event.record | event_si(loci, event) for event in loci.events]
+        data["events"] = [record_of(event) | event_si(loci, event) for event in loci.events]
         data["limits"] = [limit._asdict() | limit_si(loci, limit) for limit in loci.limits]
     return json_text(data)
 
@@ -89,7 +90,7 @@ def events_csv(loci: Loci) -> str:
     """One line for each event, also without any a heading; the columns are the keys of JSON. The
     labels of branches are separated by a space."""
     columns: tuple[str, ...] = EVENT_COLUMNS
-    records = [event.record | {"branches": " ".join(event.branches)} for event in loci.events]
+    records = [record_of(event) | {"branches": " ".join(event.branches)} for event in loci.events]
     if loci.units:
         measure = usual_measure(loci.over, loci.units)
         places = (measure.scale.key, f"until_{measure.scale.key}") if measure else ()
@@ -186,8 +187,9 @@ def event_lines(loci: Loci) -> list[str]:
         for event in events
         if event.until is not None
     ]
-    if not any(event.kind in ("crossing", "veering") for event in events):
-        lines.append("No crossing or veering in this range.")
+    exchanges = [name for name in EXCHANGES if name in loci.kinds]
+    if exchanges and not any(event.kind in exchanges for event in events):
+        lines.append(f"No {' or '.join(exchanges)} in this range.")
     if per_rev and not any(event.per_rev for event in events):
         multiples = "1x" if per_rev == 1 else f"1x .. {per_rev}x"
         lines.append(f"No resonance with {multiples} in this range.")

@@ -43,25 +43,27 @@ def loads_in_si(solution: Solution) -> dict[str, float]:
     }
 
 
-def stress_record(found: GreatestStress | None) -> dict[str, float]:
+def stress_record(stress: GreatestStress | None) -> dict[str, float]:
     """The greatest stress [Pa], its place x / L and of a motion its time; {} where it is not
     known."""
-    if found is None:
+    if stress is None:
         return {}
-    time = {} if found.t is None else {"max_stress_t": found.t}
-    return {"max_stress_pascals": found.pascals, "max_stress_at": found.at, **time}
+    time = {} if stress.t is None else {"max_stress_t": stress.t}
+    return {"max_stress_pascals": stress.pascals, "max_stress_at": stress.at, **time}
 
 
-def described_stress(found: GreatestStress) -> str:
+def described_stress(stress: GreatestStress) -> str:
     """The line of the greatest stress of a beam, and of its yield stress where it is known."""
-    without = "" if found.with_bending else " without that of bending (section_height is not known)"
-    when = "" if found.t is None else f", t = {found.t:.4g} T*"
-    place = f"x/L = {found.at:.4g}{when}"
-    text = f"Stress       greatest {found.pascals / 1e6:.5g} MPa at {place}{without}"
-    if found.yield_stress is None:
+    without = (
+        "" if stress.with_bending else " without that of bending (section_height is not known)"
+    )
+    when = "" if stress.t is None else f", t = {stress.t:.4g} T*"
+    place = f"x/L = {stress.at:.4g}{when}"
+    text = f"Stress       greatest {stress.pascals / 1e6:.5g} MPa at {place}{without}"
+    if stress.yield_stress is None:
         return text
-    above = "above" if found.yields else "below"
-    return f"{text}, {above} the yield stress of {found.yield_stress / 1e6:.5g} MPa"
+    above = "above" if stress.yields else "below"
+    return f"{text}, {above} the yield stress of {stress.yield_stress / 1e6:.5g} MPa"
 
 
 def mode_records(solution: Solution) -> list[dict[str, Any]]:
@@ -102,7 +104,7 @@ def solution_table(solution: Solution) -> str:
     """The beam, its equilibrium and its modes, to be read in a terminal."""
     stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
-        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
+        f"{solution.problem.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
     return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])

@@ -56,14 +56,13 @@ def current_axes() -> "Axes":
     return pyplot.gca()
 
 
-class Axis(NamedTuple):
-    """An axis of a parameter or of the "frequency". convert: from numbers to its units; unit:
-    "" without one; symbol: of the parameter."""
+class PlotAxis(NamedTuple):
+    """An axis of a parameter or of the "frequency"."""
 
-    convert: Callable[[Any], Any]
+    convert: Callable[[Any], Any]  # from dimensionless numbers to the unit
     label: str
-    unit: str
-    symbol: str
+    unit: str  # "" without one
+    symbol: str  # of the parameter
 
     def place(self, value: float) -> str:
         """A place on it, as on the page: "γ = 9.3733" or "42.630 rpm"."""
@@ -75,15 +74,15 @@ class Axis(NamedTuple):
         return f"{gap_number(self.convert(value))} {self.unit}".rstrip()
 
 
-def axis_of(name: str, units: Units | None) -> Axis:
+def axis_of(name: str, units: Units | None) -> PlotAxis:
     """The axis of a parameter or of the "frequency": as on the page, in rpm, kg, mm or m, and Hz
     for a beam in SI."""
     symbol = "ω" if name == "frequency" else NUMBERS[name].symbol
-    if found := display_unit(name, units):
-        unit, factor = found
-        return Axis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
+    if display := display_unit(name, units):
+        unit, factor = display
+        return PlotAxis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
     label = "frequency ω [1/T*]" if name == "frequency" else NUMBERS[name].axis_label
-    return Axis(lambda value: value, label, "", symbol)
+    return PlotAxis(lambda value: value, label, "", symbol)
 
 
 def figure_bytes(figure: "Figure", extension: str) -> bytes:

@@ -1,6 +1,7 @@
 """The loci chart as a picture: a Campbell diagram where the parameter is the speed."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
-from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.events import EVENT_KINDS
+from beamviz.frequency_loci.events.record import Event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import (
     CENTRED,
@@ -78,7 +80,7 @@ def draw_chart(
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, TOP - bottom))
-        chart = Chart(loci, axes, per_rev, names)
+        chart = LociDrawing(loci, axes, per_rev, names)
         if second:
             chart.draw_second(second)
         chart.annotate(per_rev)
@@ -99,14 +101,14 @@ def draw_chart(
 def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
     """See Loci.plot."""
     axes = axes or current_axes()
-    Chart(loci, axes).annotate()
+    LociDrawing(loci, axes).annotate()
     return axes
 
 
 Names = Callable[[float], Mapping[str, str]]  # value -> names of modes by labels of branches
 
 
-class Chart:
+class LociDrawing:
     """Loci on axes, which are in SI where the beam has units; resonances with the multiples
     `per_rev` of the speed alone; names: see `draw_chart`."""
 
@@ -300,21 +302,21 @@ def _through(event: Event, label: str) -> list[float]:
     """The frequencies of a branch at an event, in the order of the line that is drawn through them;
     none where they are not known, nan where the line is interrupted."""
     pairs = zip(event.branches, event.frequencies, strict=True)
-    own = [math.nan if name != label or y is None else y for name, y in pairs]
-    if event.jumps:
-        before, after = own
+    frequencies = [math.nan if name != label or y is None else y for name, y in pairs]
+    if EVENT_KINDS[event.kind].jumps:
+        before, after = frequencies
         return [before, math.nan, after]
-    return [y for y in own if math.isfinite(y)]
+    return [y for y in frequencies if math.isfinite(y)]
 
 
 def _mark(event: Event) -> dict[str, Any]:
     """The style of the mark of an event."""
-    marker, filled = event.mark
-    fill, edge = (INK, "white") if filled else ("white", INK)
-    return {**MARK, "marker": marker, "mfc": fill, "mec": edge}
+    kind = EVENT_KINDS[event.kind]
+    fill, edge = (INK, "white") if kind.filled else ("white", INK)
+    return {**MARK, "marker": kind.marker, "mfc": fill, "mec": edge}
 
 
-def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
+def _legend(chart: LociDrawing, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The styles of lines and marks, of those drawn, by their meaning."""
     kinds_drawn = {kind for branch in chart.loci.branches for kind in branch.kinds}
     if chart.loci.problem.in_space:
@@ -326,10 +328,10 @@ def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
         colours = {n: FAMILIES(share) for n, share in shares.items() if n[0].upper() in kinds_drawn}
     lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
     at_points = {event.kind: event for event in chart.events if event.until is None}
-    kinds = [event.kind for event in chart.events if event.until is None]
+    counts = Counter(event.kind for event in chart.events if event.until is None)
     for name, event in at_points.items():
-        label = name if len(kinds) <= MAX_LABELLED else f"{kinds.count(name)} {name}s"
-        lines[label] = _mark(event)
+        many = counts.total() > MAX_LABELLED
+        lines[EVENT_KINDS[name].counted(counts[name]) if many else name] = _mark(event)
     if any(event.until is not None for event in chart.events):
         lines["locus on a per-rev line: resonance"] = ALL_ALONG
     if per_rev:

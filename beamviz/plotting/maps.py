@@ -85,8 +85,8 @@ def draw_map(
     frequency, family, status = (part[name].values for name in ("frequency", "family", "status"))
     if ((np.isnan(frequency[..., 0]) | (family[..., 0] < 0)) & (status == SOLVED)).any():
         raise damaged_chunk(source, "a stable beam has no frequency")
-    found = frequency, family, status
-    shown = smallest_gap(*found) if mode is None else frequency_of(mode, *found)
+    modes = frequency, family, status
+    shown = smallest_gap(*modes) if mode is None else frequency_of(mode, *modes)
     what, values = shown.name, shown.values
     if not np.isfinite(values).any():
         met = ", ".join(STATUSES[code] for code in np.unique(status))

@@ -11,13 +11,12 @@ FOLDER = Path(__file__).parent
 
 
 class Preset(NamedTuple):
-    """A blade to start from. title: its name for readers; file: its SI values (TOML); source:
-    where they are from; left_out: what this model leaves out, "" for nothing."""
+    """A blade to start from."""
 
-    title: str
-    file: Path
-    source: str
-    left_out: str = ""
+    title: str  # its name for readers
+    file: Path  # its SI values (TOML)
+    source: str  # where they are from
+    left_out: str = ""  # what this model leaves out
 
     @property
     def beam(self) -> Beam:

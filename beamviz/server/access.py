@@ -6,6 +6,7 @@ import ipaddress
 import re
 import socket
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
@@ -18,6 +19,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
 MAX_VISITORS = 60
 KEY_PARAMETER = "token"  # of the query
+KEY = re.compile(r"[\w-]{22,100}", re.ASCII)  # at least 128 bits where it is random
 PLAIN = re.compile(r"(/[\w.~%@:+-]+)*/?", re.ASCII)  # a path that can be in a header as it is
 
 
@@ -66,8 +68,9 @@ class Access:
 
     @property
     def cookie(self) -> str:
-        """The name of the cookie with the key: cookies are shared by all ports of a host."""
-        return f"beamviz-{self.port}"
+        """The name of the cookie with the key. All ports of a host share their cookies, so it has
+        the port; behind a reverse proxy it has not, as servers with one key may stand there."""
+        return "beamviz" if self.public else f"beamviz-{self.port}"
 
     def refused(self, request: Request) -> Refusal | None:
         """Check the address, the origin and the key of a request."""
@@ -184,6 +187,23 @@ def header(request: Request, name: str) -> str:
 
 def query_key(request: Request) -> str:
     return parse_qs(urlsplit(request.path).query).get(KEY_PARAMETER, [""])[0]
+
+
+def key_of_file(path: Path) -> str:
+    """The key in a file, by which servers behind one address let the same visitors in. Raises
+    InvalidInput for a file that cannot be read or for a key that could be guessed or is no part of
+    a URL as it is."""
+    try:
+        key = path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not a text"
+        raise InvalidInput(f"key-file = {path}: cannot be read ({reason})") from None
+    if not KEY.fullmatch(key):
+        raise InvalidInput(
+            f"key-file = {path}: must contain one key of 22 to 100 letters, digits, - and _;"
+            " make one with: openssl rand -hex 16"
+        )
+    return key
 
 
 def matches(keys: tuple[str, ...], given: str) -> bool:

@@ -34,15 +34,14 @@ Arrays = dict[str, np.ndarray]
 
 
 class Array(NamedTuple):
-    """An array of a sweep. extra: its dimensions beyond the axes. empty: where there is no number.
-    codes: the meanings of 0, 1, ..."""
+    """An array of a sweep."""
 
     dtype: str
-    extra: tuple[str, ...]
-    empty: float
+    extra: tuple[str, ...]  # its dimensions beyond the axes
+    empty: float  # the value where there is no number
     label: str
     units: str | None = None
-    codes: tuple[str, ...] = ()
+    codes: tuple[str, ...] = ()  # the meanings of 0, 1, ...
 
     @property
     def attributes(self) -> dict[str, Any]:

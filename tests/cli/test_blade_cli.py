@@ -7,7 +7,7 @@ import pytest
 from helpers import strict
 
 from beamviz import Beam, export, loci, solve
-from beamviz.presets import preset
+from beamviz.presets import PRESETS, preset
 from beamviz.scene import Scene
 from beamviz.sweeps import open_line, sweep
 
@@ -103,4 +103,4 @@ def test_a_mistyped_preset_is_answered_with_the_names(run):
     """A name without a suffix may be meant as one."""
     code, _, err = run("modes", "--si", "nrel")
     assert code == 2
-    assert "neither a file nor one of tapered-steel-blade, nrel-5mw-blade" in err
+    assert f"neither a file nor one of {', '.join(PRESETS)}" in err

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from beamviz import Beam, Units, loci, solve
-from beamviz.plotting.loci import Chart, draw_chart
+from beamviz.plotting.loci import LociDrawing, draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
 INWARD = (*SWEEP[:6], "8", "--delta", "-1", "--points", "5")
@@ -109,7 +109,7 @@ def test_events_as_csv_for_pandas(run, tmp_path):
     assert {dtype.kind for dtype in pandas.read_csv(io.StringIO(out)).dtypes} == {"f"}
     table = pandas.read_csv(file)
     events = strict(run(*line, "json")[1])["events"]
-    assert [event["kind"] for event in events] == ["resonance", "veering"]
+    assert {"resonance", "veering"} <= {event["kind"] for event in events}
     assert {"until", "until_rpm"} <= {*table.columns}
     for row, event in zip(table.to_dict("records"), events, strict=True):
         found = {name: value for name, value in row.items() if not pandas.isna(value)}
@@ -189,7 +189,7 @@ def test_loci_are_drawn_through_their_own_frequencies(beam, over, values, option
     found = loci(beam, over, values, **options)
     assert found.events
     axes = Figure().subplots()
-    chart = Chart(found, axes, (1, 2))
+    chart = LociDrawing(found, axes, (1, 2))
     check_drawn(found, axes)
     if options.get("state") != "stable":
         axes.clear()

@@ -5,10 +5,10 @@ import pytest
 
 from beamviz import Beam, Hub
 from beamviz.blade import Blade, Mass
-from beamviz.dynamics.case import Case
 from beamviz.dynamics.equation import HubEquation
+from beamviz.dynamics.initial_value import equation_of
 from beamviz.dynamics.meshes import with_orders
-from beamviz.dynamics.run import equation_of
+from beamviz.dynamics.problem import MotionProblem
 
 UNIFORM = Beam(alpha=1.2, beta=0.4, delta=0.3, mu=20)
 # Two bodies that turn, a spring at the root, and properties that jump inside an element.
@@ -40,9 +40,9 @@ def random_state(size: int) -> list[np.ndarray]:
 )
 def test_tangents(beam: Beam, method: str, hub: bool, strain: str, curvature: str):
     theory = {"strain": strain, "curvature": curvature, "method": method}
-    case = Case(beam=beam, until=1.0, speed=Hub(0.5) if hub else SPEED, **theory)
+    problem = MotionProblem(beam=beam, until=1.0, speed=Hub(0.5) if hub else SPEED, **theory)
     mesh = 3 if method == "ancf" else with_orders([0.0, 0.4, 0.7, 1.0], [6, 5, 5])
-    equation = equation_of(case, mesh, with_mass=True)
+    equation = equation_of(problem, mesh, with_mass=True)
     model = equation.beam
     none = np.zeros(len(model.points))
     state = random_state(model.size + hub)

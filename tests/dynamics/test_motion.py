@@ -1,5 +1,7 @@
 """Motion in time against independent values, conservation laws and the linear modes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from oracle.motion import tip_by_polynomials
@@ -15,10 +17,11 @@ from beamviz import (
     solve,
 )
 from beamviz.blade import Blade, Mass
-from beamviz.dynamics.case import Case
-from beamviz.dynamics.integration import Control
+from beamviz.dynamics.controllers import EqualSteps
+from beamviz.dynamics.initial_value import equation_of, initial_value_problem, start_solution
+from beamviz.dynamics.integration import integrate
 from beamviz.dynamics.meshes import with_orders
-from beamviz.dynamics.run import equation_of, run, start_solution
+from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.schemes import INTEGRATORS
 
 # Positions as polynomials of order 9 to 13 by DOP853 at 1e-9, to six digits.
@@ -193,23 +196,25 @@ def test_a_body_docks_and_is_released_without_a_jump_of_momentum():
     Released at rest, the energy falls by that of the body."""
     beam, at = Beam(alpha=1, gamma=2), 0.7
     moved = motion(beam, 1, start={"B1": 0.05}, catch=at, tolerance=1e-3)
-    step = np.searchsorted(moved.path.t, at)
-    (q,), (v,) = moved.path.at(np.array([at]))  # before; the path holds those after
-    after_v = moved.path.v[step]
+    step = np.searchsorted(moved.trajectory.t, at)
+    (q,), (v,) = moved.trajectory.at(np.array([at]))  # before; the trajectory has those after
+    after_v = moved.trajectory.v[step]
     before, after = equation(beam.replace(alpha=0.0), moved), equation(beam, moved)
-    assert moved.path.q[step] == pytest.approx(q, abs=1e-12)
+    assert moved.trajectory.q[step] == pytest.approx(q, abs=1e-12)
     momenta = [e.beam.state(q).inertia @ rate for e, rate in ((before, v), (after, after_v))]
     assert momenta[1] == pytest.approx(momenta[0], abs=1e-10)
-    assert abs(moved.path.v[step] - v).max() > 1e-3
+    assert abs(moved.trajectory.v[step] - v).max() > 1e-3
     dropped = motion(beam, 1, start={"B1": 0.05}, drop=at, tolerance=1e-3)
-    step = np.searchsorted(dropped.path.t, at)
-    _, (v,) = dropped.path.at(np.array([at]))
-    assert dropped.path.v[step] == pytest.approx(v, abs=1e-10)  # nothing pushes the beam
+    step = np.searchsorted(dropped.trajectory.t, at)
+    _, (v,) = dropped.trajectory.at(np.array([at]))
+    assert dropped.trajectory.v[step] == pytest.approx(v, abs=1e-10)  # nothing pushes the beam
 
 
 def equation(beam, moved):
     """The equation of a beam on the elements of a motion."""
-    return equation_of(Case(beam=beam, until=1.0), moved.path.beam.trial.elements, bool(beam.alpha))
+    return equation_of(
+        MotionProblem(beam=beam, until=1.0), moved.trajectory.beam.trial.elements, bool(beam.alpha)
+    )
 
 
 SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05}, "points": 21}
@@ -220,6 +225,14 @@ def reference():
     """The short motion. Below 1e-6 L it has kinks: a start in a mode is not at rest along the beam,
     and stretching waves run to and fro."""
     return motion(**SHORT_MOTION, tolerance=2e-6)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_every_integrator_is_in_its_table(name):
+    """assets/motion.md has its source and when to choose it."""
+    page = (Path(__file__).parents[2] / "assets" / "motion.md").read_text()
+    row = f"| `{name}` | {INTEGRATORS[name].source} | {INTEGRATORS[name].choose} |"
+    assert row in page, f"assets/motion.md lacks the row\n{row}"
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -361,10 +374,11 @@ def test_the_jacobi_integral_over_a_thousand_periods():
     of B1."""
     beam = Beam(gamma=3)
     period = 2 * np.pi / solve(beam, coriolis=True).frequencies[0]
-    case = Case(beam=beam, until=1000 * period, start={"B1": 0.1})
+    problem = MotionProblem(beam=beam, until=1000 * period, start={"B1": 0.1})
     mesh = with_orders([0.0, 1.0], [8])
-    found = run(case, start_solution(case), mesh, Control(1e-4, case.until, step=period / 4))
-    energy = found.energy(np.linspace(0, case.until, 2001))
+    discrete = initial_value_problem(problem, start_solution(problem), mesh)
+    found = integrate(discrete, EqualSteps(period / 4), 1e-4)
+    energy = found.energy(np.linspace(0, problem.until, 2001))
     assert np.ptp(energy) < 1e-4
 
 

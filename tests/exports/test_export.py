@@ -515,7 +515,7 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     [
         (export, "missing/a.csv", {}, r"cannot write .*a\.csv: No such file.*; choose another"),
         (screenshot, "folder.png", {}, "it is a folder"),
-        (export, "a.obj", {}, r"must end in \.html, \.glb, \.csv or \.npz"),
+        (export, "a.odt", {}, r"must end in \.html, \.glb, "),
         (screenshot, "a.jpg", {}, r"must end in \.png"),
         (animate, "a.avi", {}, r"must end in \.gif, \.webp or \.mp4"),
         (screenshot, "a.png", {"width": 5}, r"width = 5: must be a whole number in 64 \.\. 4096"),

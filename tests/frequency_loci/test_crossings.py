@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from helpers import KNOWN_KINDS
 from scipy.optimize import brentq, minimize_scalar
 
 from beamviz import Beam, loci, solve
@@ -37,7 +38,8 @@ TIP = Beam(alpha=1, beta=1)
 )
 def test_crossings_of_the_paper(beam, over, stop, expected, column, curvature):
     """Each printed crossing of a bending locus with the stretching one, and no other event."""
-    events = loci(beam, over, np.linspace(0, stop, 81), curvature=curvature).events
+    values = np.linspace(0, stop, 81)
+    events = loci(beam, over, values, curvature=curvature, kinds=KNOWN_KINDS).events
     for event, row in zip(events, expected, strict=True):
         assert (event.kind, set(event.branches), event.gap) == ("crossing", {row[2], "S1"}, 0)
         half_a_digit = 0.51e-4 if over == "beta" else 0.51e-3
@@ -46,13 +48,15 @@ def test_crossings_of_the_paper(beam, over, stop, expected, column, curvature):
 
 def test_elements_of_the_paper():
     """Its own 20 cubic elements move its crossings by less than a printed digit."""
-    events = loci(TIP, "gamma", np.linspace(0, 20, 21), method="ancf").events
+    values = np.linspace(0, 20, 21)
+    events = loci(TIP, "gamma", values, method="ancf", kinds=KNOWN_KINDS).events
     assert [event.at for event in events] == pytest.approx([4.464, 16.319], abs=2e-3)
 
 
 def test_with_coriolis_they_veer():
     """alpha = beta = 1: the crossing at 4.4641 becomes a least gap of 0.241 at gamma 4.650."""
-    (event,) = loci(TIP, "gamma", np.linspace(0, 8, 81), coriolis=True).events
+    values = np.linspace(0, 8, 81)
+    (event,) = loci(TIP, "gamma", values, coriolis=True, kinds=KNOWN_KINDS).events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert (event.at, event.gap) == pytest.approx((4.650, 0.241), abs=5e-4)
     assert event.index > 0.99

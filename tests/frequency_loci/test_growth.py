@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers import KNOWN_KINDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle.bent import bent_truth
@@ -20,7 +21,7 @@ STABLE = {"state": "stable"}
 @pytest.fixture(scope="module")
 def spin_up():
     """Over the spin-up of a beam that does not turn yet: B1 and B2 merge between 84 and 86."""
-    return loci(SLENDER, "spin_up", np.linspace(0, 200, 5), **STABLE)
+    return loci(SLENDER, "spin_up", np.linspace(0, 200, 5), kinds=KNOWN_KINDS, **STABLE)
 
 
 def test_growth_rates_along_the_spin_up(spin_up):
@@ -87,7 +88,7 @@ def test_the_command_line_tells_growth(run, tmp_path):
     data = json.loads(run(*line, "--format", "json", "--plot", chart)[1])
     rates = [branch["growth_rate"] for branch in data["branches"]]
     assert np.ravel(rates) == pytest.approx([0, 2.1203, 5.7037, 0, -2.1203, -5.7037], abs=5e-5)
-    assert data["events"][0]["kind"] == "coalescence"
+    assert "coalescence" in {event["kind"] for event in data["events"]}
     assert data["limits"][0]["kind"] == "growing"
     rows = list(csv.DictReader(io.StringIO(run(*line, "--format", "csv")[1])))
     assert float(rows[1]["B1_growth_rate"]) == pytest.approx(2.1203, abs=5e-5)

@@ -13,7 +13,7 @@ from helpers import slow
 
 from beamviz import Beam, BeamvizError, loci, resonances, solve, solve_many
 from beamviz.frequency_loci.avoided_crossings import CLOSE
-from beamviz.frequency_loci.events import ROTATED
+from beamviz.frequency_loci.events.least_gaps import ROTATED
 
 SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "14"))))]
 PLACES = 12  # of each chart, drawn anew: solved with a thousandth of the tolerance

@@ -1,8 +1,9 @@
 """An independent oracle: a straight rotating beam from its differential equations.
 
-Nothing here is shared with the package but `Beam`. The package makes an energy stationary over
-trial functions; the oracle takes the differential equations that follow from that energy, as a
-first-order system, and makes them hold at Chebyshev points.
+Nothing here is shared with the package but `Beam` and, of a law without formulas here, the function
+e(f). The package makes an energy stationary over trial functions; the oracle takes the differential
+equations that follow from that energy, as a first-order system, and makes them hold at Chebyshev
+points.
 
 Strong form. Lengths in L, times in T*, forces in EI / L^2, x the reference coordinate in 0 .. 1.
 X is the distance from the axis of rotation, f = X' the stretch, N = mu^2 n(f) the axial force,

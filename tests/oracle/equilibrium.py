@@ -10,6 +10,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 from scipy.special import lambertw
 
 from beamviz.beam import Beam
+from beamviz.solver.constitutive import STRAIN_LAWS
 from oracle import properties
 from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import UnresolvedError, factorised
@@ -52,7 +53,55 @@ def _green_stretch(n: np.ndarray) -> np.ndarray:
     return f - ((f * f - 1) * f / 2 - n) / ((3 * f * f - 1) / 2)  # one step of Newton's
 
 
-LAWS = {
+CIRCLE = np.exp(2j * np.pi * np.arange(24) / 24)
+RADIUS = 0.25  # of the circle about f on which the strain is evaluated, over f
+
+
+def derivatives(strain: Callable, f: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """e, e' and e'' at f by Cauchy's integrals about it: to rounding for an analytic strain whose
+    nearest singularity is at 0."""
+    f = np.asarray(f, float)
+    r = RADIUS * f
+    values = strain(f[..., None] + r[..., None] * CIRCLE)
+    first, second = (
+        (values * CIRCLE**-order).mean(axis=-1).real * factor / r**order
+        for order, factor in ((1, 1), (2, 2))
+    )
+    return strain(f + 0j).real, first, second
+
+
+def law_of_energy(strain: Callable) -> Law:
+    """The law of the energy mu^2 e(f)^2 / 2: n = e e', n' = e'^2 + e e'', and f(n) on the branch
+    through f = 1 on which n grows."""
+
+    def force(f: np.ndarray) -> np.ndarray:
+        e, slope, _ = derivatives(strain, f)
+        return e * slope
+
+    def stiffness(f: np.ndarray) -> np.ndarray:
+        e, slope, bend = derivatives(strain, f)
+        return slope**2 + e * bend
+
+    f = np.geomspace(1e-3, 1e3, 6001)  # 1 is in the middle
+    grows = stiffness(f) > 0
+    middle = len(f) // 2
+    above, below = np.flatnonzero(~grows[middle:]), np.flatnonzero(~grows[:middle])
+    last = middle + above[0] if len(above) else len(f)
+    branch = f[(below[-1] + 1 if len(below) else 0) : last]
+    forces = force(branch)
+
+    def stretch(n: np.ndarray) -> np.ndarray:
+        n = np.asarray(n, float)
+        f = np.exp(np.interp(n, forces, np.log(branch)))
+        for _ in range(5):  # of Newton's method
+            f = np.clip(f - (force(f) - n) / stiffness(f), branch[0], branch[-1])
+        return np.where((forces[0] <= n) & (n <= forces[-1]), f, np.nan)
+
+    hardens = bool((np.diff(stiffness(np.geomspace(1, 100, 50))) > 1e-9).all())
+    return Law(force, stiffness, stretch, hardens)
+
+
+BY_HAND = {
     "green": Law(
         force=lambda f: (f * f - 1) * f / 2,
         stiffness=lambda f: (3 * f * f - 1) / 2,
@@ -72,6 +121,8 @@ LAWS = {
         hardens=False,
     ),
 }
+# Of a law without formulas by hand, those that follow from its energy.
+LAWS = {name: BY_HAND.get(name) or law_of_energy(law.strain) for name, law in STRAIN_LAWS.items()}
 
 
 def stretch(strain: str, n: np.ndarray) -> np.ndarray:

@@ -15,10 +15,11 @@ from live.browser import READY, page
 from live.notebook import jupyter_environment
 from live.visitor import PAPER, visitor
 
+from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.notebook import View
 from beamviz.scene import Scene
-from beamviz.server.access import public_url
+from beamviz.server.access import key_of_file, public_url
 
 KEY, TOKEN = "the-key-of-this-run", "the-token-of-jupyter"
 SCENE = Scene(PAPER)
@@ -185,3 +186,31 @@ def test_a_tunnel_to_another_port_works(name, key):
             guest.edit(gamma=12.0)
         for origin in ("http://evil.example", f"http://{name}:{port + 1}"):
             assert server.http_get(address, query, Origin=origin)[0] == 403
+
+
+def test_servers_behind_one_address_let_the_same_visitors_in(tmp_path):
+    """They share a key, and the cookie of one is that of all; the scene is in the address."""
+    file = tmp_path / "key"
+    file.write_text(f"{KEY}-of-several-servers\n")
+    key = key_of_file(file)
+    host, query = "beams.example.org", "gamma=12.5"
+    options = {"visitor_key": key, "public": public_url(f"https://{host}")}
+    ports = [server.free_port(), server.free_port()]
+    first, second = (f"http://127.0.0.1:{port}" for port in ports)
+    with contextlib.ExitStack() as stack:
+        for port in ports:
+            link = stack.enter_context(explorer(SCENE, port=port, **options))
+            assert link == f"https://{host}/?token={key}"
+        status, headers, _ = server.http_get(first, f"/?token={key}&{query}", Host=host)
+        assert (status, headers["Location"]) == (303, f"https://{host}/?{query}")
+        cookie = headers["Set-Cookie"].partition(";")[0]
+        assert server.http_get(second, f"/?{query}", Host=host, Cookie=cookie)[0] == 200
+        assert server.http_get(second, f"/?{query}", Host=host)[0] == 403
+
+
+@pytest.mark.parametrize("text", ["", "short", "two keys\nof-more-than-22-characters", "ä" * 30])
+def test_a_key_that_could_be_guessed_is_refused(tmp_path, text):
+    file = tmp_path / "key"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match=r"key-file = .*openssl rand -hex 16"):
+        key_of_file(file)

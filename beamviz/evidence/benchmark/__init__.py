@@ -107,7 +107,7 @@ def print_progress(line: str) -> None:
 
 
 def motion_files(
-    rows: list[motion.Row], cells: list[motion.MapCell], about: dict[str, Any]
+    rows: list[motion.MotionRow], cells: list[motion.MapCell], about: dict[str, Any]
 ) -> dict[str, bytes]:
     """The contents of the files of the motions in time, by name."""
     data = {

@@ -21,12 +21,18 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
-from beamviz.dynamics.case import Case
+from beamviz.dynamics.controllers import EqualSteps
 from beamviz.dynamics.drives import Ramp
 from beamviz.dynamics.equation import Equation
-from beamviz.dynamics.integration import Control
+from beamviz.dynamics.initial_value import (
+    Mesh,
+    equation_of,
+    initial_value_problem,
+    start_solution,
+)
+from beamviz.dynamics.integration import IntegratedMotion, integrate
 from beamviz.dynamics.meshes import with_orders
-from beamviz.dynamics.run import Mesh, equation_of, run, start_solution
+from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.dynamics.start import equilibrium, under_force
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
@@ -98,7 +104,7 @@ QUICK = MotionEffort(
 )
 
 
-class Row(NamedTuple):
+class MotionRow(NamedTuple):
     """A motion by one solver at one resolution."""
 
     scene: str  # a key of SCENES
@@ -123,7 +129,9 @@ class MapCell(NamedTuple):
 # Time against error
 
 
-def measure(effort: MotionEffort, peers: bool, report: Callable[[str], Any] = print) -> list[Row]:
+def measure(
+    effort: MotionEffort, peers: bool, report: Callable[[str], Any] = print
+) -> list[MotionRow]:
     """Rows of all scenes."""
     rows = []
     for name, scene in SCENES.items():
@@ -133,7 +141,7 @@ def measure(effort: MotionEffort, peers: bool, report: Callable[[str], Any] = pr
         for solver, resolution, tip in works(scene, effort, peers):
             truth = of_exudyn if solver == EXUDYN and of_exudyn is not None else reference
             report(f"{name}: {solver}, {resolution}")
-            rows.append(row_of(Row(name, solver, resolution), tip, truth))
+            rows.append(row_of(MotionRow(name, solver, resolution), tip, truth))
     return rows
 
 
@@ -160,7 +168,7 @@ def works(
             yield EXUDYN, f"{elements} elements, {count} steps", work
 
 
-def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
+def row_of(row: MotionRow, work: Callable[[], NDArray], reference: NDArray) -> MotionRow:
     """The row with its time and error."""
     seconds: list[float] = []
     while len(seconds) < REPEATS or sum(seconds) < LEAST:
@@ -189,8 +197,17 @@ def auto_tip(scene: ComparedMotion, tolerance: float) -> NDArray:
 
 
 def run_tip(scene: ComparedMotion, mesh: Mesh, options: dict[str, Any], step: float) -> NDArray:
-    case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
-    return run(case, start_solution(case), mesh, Control(1e-6, case.until, step)).tip(scene.times)
+    problem = MotionProblem(
+        beam=scene.beam, until=scene.until, step=step, tolerance=1e-6, **scene.options, **options
+    )
+    return integrated(problem, mesh).tip(scene.times)
+
+
+def integrated(problem: MotionProblem, mesh: Mesh) -> IntegratedMotion:
+    """The motion on a mesh, with the constant step of the problem."""
+    assert problem.step is not None
+    discrete = initial_value_problem(problem, start_solution(problem), mesh)
+    return integrate(discrete, EqualSteps(problem.step), problem.tolerance)
 
 
 def peer_tip(scene: ComparedMotion, elements: int, steps: int) -> NDArray:
@@ -199,7 +216,7 @@ def peer_tip(scene: ComparedMotion, elements: int, steps: int) -> NDArray:
     return exudyn_tip(scene.beam, scene.times, drive, release, elements, steps)
 
 
-def time_to_error(rows: Iterable[Row], scene: str, name: str, target: float) -> float | None:
+def time_to_error(rows: Iterable[MotionRow], scene: str, name: str, target: float) -> float | None:
     """The least time of a row with at most this error, none interpolated."""
     times = [
         row.seconds
@@ -209,7 +226,7 @@ def time_to_error(rows: Iterable[Row], scene: str, name: str, target: float) -> 
     return min(times, default=None)
 
 
-def summary(rows: list[Row], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Iterator[str]:
+def summary(rows: list[MotionRow], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Iterator[str]:
     """Times at equal error relative to auto's."""
     for target in targets:
         yield f"{f'time to tip error {target:g} / auto':34}" + "".join(f"{s:>18}" for s in SCENES)
@@ -225,8 +242,8 @@ def summary(rows: list[Row], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Itera
 # The map
 
 
-def map_case(mu: float, integrator: str, step: float) -> Case:
-    return Case(
+def map_problem(mu: float, integrator: str, step: float) -> MotionProblem:
+    return MotionProblem(
         beam=Beam(gamma=MAP_GAMMA, mu=mu),
         until=MAP_UNTIL,
         release=MAP_RELEASE,
@@ -238,21 +255,21 @@ def map_case(mu: float, integrator: str, step: float) -> Case:
 MAP_TIMES = np.linspace(0.0, MAP_UNTIL, 201)
 
 
-def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
+def motion_of_map(problem: MotionProblem, integrator: str) -> tuple[NDArray, NDArray]:
     """Tip (n, 2) and energy (n,) at the times of the map."""
-    solution, mesh = start_solution(case), with_orders([0.0, 1.0], [MAP_ORDER])
+    mesh = with_orders([0.0, 1.0], [MAP_ORDER])
     if integrator == EXPLICIT:
-        return explicit(case, equation_of(case, mesh, False))
-    moved = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
+        return explicit(problem, equation_of(problem, mesh, False))
+    moved = integrated(problem, mesh)
     return moved.tip(MAP_TIMES), moved.energy(MAP_TIMES)
 
 
-def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
+def explicit(problem: MotionProblem, equation: Equation) -> tuple[NDArray, NDArray]:
     """The same by the classical Runge-Kutta method, with steps that end at the times of the map."""
     beam = equation.beam
-    q = under_force(beam, equilibrium(beam, start_solution(case)), MAP_GAMMA, MAP_RELEASE)
-    assert case.step is not None
-    count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / case.step)
+    q = under_force(beam, equilibrium(beam, start_solution(problem)), MAP_GAMMA, MAP_RELEASE)
+    assert problem.step is not None
+    count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / problem.step)
     h = (MAP_TIMES[1] - MAP_TIMES[0]) / count
     state, states = np.array([q, 0 * q]), []
 
@@ -284,7 +301,7 @@ def map_cell(integrator: str, mu: float, step: float, reference: NDArray) -> Map
     start = processor_time()
     try:
         with np.errstate(all="ignore"):
-            tip, energy = integrate(map_case(mu, integrator, step), integrator)
+            tip, energy = motion_of_map(map_problem(mu, integrator, step), integrator)
     except NotConverged:
         return result("does not converge", np.nan, np.nan)
     except NoEquilibrium:
@@ -310,7 +327,7 @@ def trials(
     """Every integrator with every slenderness and step."""
     steps, cells = tuple(steps), list[MapCell]()
     for mu in mus:
-        reference, _ = integrate(map_case(mu, "radau", FINEST), "radau")
+        reference, _ = motion_of_map(map_problem(mu, "radau", FINEST), "radau")
         for name in names:
             report(f"map: {name}, mu = {mu:g}")
             cells += [map_cell(name, mu, step, reference) for step in steps]

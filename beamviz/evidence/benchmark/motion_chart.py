@@ -1,12 +1,22 @@
 """The charts of the comparison of integrators."""
 
+import math
+
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from beamviz.evidence.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, MapCell, Row
+from beamviz.evidence.benchmark.motion import (
+    CUBIC,
+    EXPLICIT,
+    EXUDYN,
+    NAMES,
+    SCENES,
+    MapCell,
+    MotionRow,
+)
 from beamviz.plotting import STYLE, new_figure
 
 # Okabe & Ito: safe for the colour-blind.
@@ -19,6 +29,7 @@ LINES = {
     CUBIC: {"color": "#555555", "lw": 1.2, "marker": "d"},
     EXUDYN: {"color": "#A8417F", "lw": 1.4, "marker": "^"},
 }
+OTHER = {"color": "#999999", "lw": 0.9, "marker": "v"}  # of an integrator without its line
 COLOURS = {
     "does not converge": "#555555",
     "unstable": "#D55E00",
@@ -27,20 +38,21 @@ COLOURS = {
     "accurate": "#0072B2",
 }
 
+COLUMNS = 3  # of frames in the map
 TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # labelled [s]
 
 
-def draw_curves(rows: list[Row]) -> Figure:
+def draw_curves(rows: list[MotionRow]) -> Figure:
     """Processor time against the error of the tip, a frame for each motion."""
     with rc_context(STYLE):
         figure = new_figure(9.0, 4.4, layout="constrained")
         frames = figure.subplots(1, len(SCENES), sharey=True)
         for axes, scene in zip(frames, SCENES, strict=True):
-            for name, line in LINES.items():
+            for name in (*LINES, *(name for name in NAMES if name not in LINES)):
                 points = front([row for row in rows if (row.scene, row.name) == (scene, name)])
                 if points:
                     errors, seconds = zip(*points, strict=True)
-                    axes.loglog(seconds, errors, label=name, ms=4, **line)
+                    axes.loglog(seconds, errors, label=name, ms=4, **LINES.get(name, OTHER))
             axes.set_title(scene, loc="left", size=10, weight="bold")
             axes.set_xlabel("processor time [s]")
             axes.set_xticks(TIMES, [f"{time:g}" for time in TIMES])
@@ -52,7 +64,7 @@ def draw_curves(rows: list[Row]) -> Figure:
     return figure
 
 
-def front(rows: list[Row]) -> list[tuple[float, float]]:
+def front(rows: list[MotionRow]) -> list[tuple[float, float]]:
     """Error and time of the rows that no other row of the solver beats in both, by time."""
     points = sorted((row.seconds, row.error) for row in rows if not row.reason)
     best = [point for k, point in enumerate(points) if all(p[1] > point[1] for p in points[:k])]
@@ -64,7 +76,8 @@ def draw_map(cells: list[MapCell]) -> Figure:
     kinds = list(COLOURS)
     with rc_context(STYLE):
         figure = new_figure(9.0, 4.6, layout="constrained")
-        frames = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
+        rows = math.ceil(len(NAMES) / COLUMNS)
+        frames = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
         for axes, name in zip(frames, NAMES, strict=False):
             shown = [cell for cell in cells if cell.integrator == name]
             mus, steps = (sorted({getattr(cell, key) for cell in shown}) for key in ("mu", "step"))
@@ -79,7 +92,7 @@ def draw_map(cells: list[MapCell]) -> Figure:
             axes.set_yticks(np.arange(len(mus)) + 0.5, [f"{mu:g}" for mu in mus])
         for axes in frames[len(NAMES) :]:
             axes.set_axis_off()
-        for axes in frames[2:5]:
+        for axes in frames[len(NAMES) - COLUMNS : len(NAMES)]:
             axes.set_xlabel("step [T*]")
             axes.xaxis.set_tick_params(labelbottom=True)
         figure.supylabel("slenderness μ", size=9)

@@ -158,7 +158,7 @@ def middles(start: float, stop: float, count: int, logarithmic: bool) -> np.ndar
     return np.array([float(f"{place:.4g}") for place in places])
 
 
-class Row(NamedTuple):
+class MapRow(NamedTuple):
     """A task: the lines of all methods at one value of a plane. place: the number of the plane, and
     of the row in it."""
 
@@ -172,13 +172,13 @@ def compute_maps(quick: bool, pool: Executor) -> list[Map]:
     """Every map; the lines of all of them are computed in parallel, with progress on stderr."""
     grids = [(plane, *grid(plane, quick)) for plane in PLANES]
     rows = [
-        Row((number, row), plane.subject.lines, plane.at(0, value), gammas)
+        MapRow((number, row), plane.subject.lines, plane.at(0, value), gammas)
         for number, (plane, gammas, values) in enumerate(grids)
         for row, value in enumerate(values)
     ]
-    found = dict(with_progress(completed(pool, lines_of, iter(rows)), len(rows)))
+    lines = dict(with_progress(completed(pool, lines_of, iter(rows)), len(rows)))
     return [
-        Map(*place, by_method([found[number, row] for row in range(len(place[2]))]))
+        Map(*place, by_method([lines[number, row] for row in range(len(place[2]))]))
         for number, place in enumerate(grids)
     ]
 
@@ -189,7 +189,7 @@ def lines_of(
     beam: Beam,
     gammas: np.ndarray,
 ) -> list[MethodLine]:
-    """The result of a Row."""
+    """The result of a MapRow."""
     return lines(beam, gammas)
 
 
@@ -206,7 +206,7 @@ def by_method(rows: Sequence[Sequence[MethodLine]]) -> list[MethodMap]:
 
 
 def with_progress(
-    computed: Iterable[tuple[Row, list[MethodLine]]], count: int
+    computed: Iterable[tuple[MapRow, list[MethodLine]]], count: int
 ) -> Iterator[tuple[tuple[int, int], list[MethodLine]]]:
     """The place of each of `count` rows and its lines, as they are computed; on stderr how many
     are, and the time left at their rate."""

@@ -18,7 +18,7 @@ from beamviz.files import csv_text
 from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
-from beamviz.plotting.loci import LINE, Chart
+from beamviz.plotting.loci import LINE, LociDrawing
 from beamviz.solver import solve
 
 RANGE_NOT_GIVEN = "The text does not give the range of the axis; it is ours."
@@ -249,7 +249,7 @@ def draw_loci(figure: LociFigure, by_curvature: ByMeasure, marked: Sequence[Cros
     """Frequencies with their crossings, and the numbers printed in the paper."""
     picture = _titled_picture(figure, HEIGHT, 0.52, 0.92)
     axes = picture.subplots()
-    chart = Chart(by_curvature[SPATIAL], axes)
+    chart = LociDrawing(by_curvature[SPATIAL], axes)
     if MATERIAL in by_curvature:
         for branch in by_curvature[MATERIAL].branches:
             chart.draw_branch(axes, by_curvature[MATERIAL], branch, **DASHED)

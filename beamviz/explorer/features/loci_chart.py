@@ -26,7 +26,7 @@ from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Event
-from beamviz.frequency_loci.events import EVENT_KINDS
+from beamviz.frequency_loci.events import EVENT_KINDS, EXCHANGES
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
 
@@ -212,7 +212,7 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 def event_table(chart: Chart) -> str:
     """The events, each with a button that moves the beam there."""
-    text = "" if chart.pairs else "<p>No crossing or veering in this range.</p>"
+    text = "" if chart.pairs else f"<p>No {' or '.join(EXCHANGES)} in this range.</p>"
     if not chart.events:
         return text
     along, across = chart.request.measures
@@ -224,8 +224,7 @@ def event_table(chart: Chart) -> str:
     kinds = {event.kind for event in chart.events.values()}
     shown = {name: kind.sign for name, kind in EVENT_KINDS.items() if name in kinds}
     caption = ", ".join(f"{name} {sign}" for name, sign in shown.items()).capitalize()
-    name = "crossings and veerings" if chart.pairs else "events"
-    return page.table(name, heads, rows, caption=caption) + text
+    return page.table("events", heads, rows, caption=caption) + text
 
 
 def event_buttons(chart: Chart) -> str:

@@ -12,7 +12,14 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.computed_loci import Chart, ChartRequest, Line, cursor, lines_data, lines_of
+from beamviz.explorer.computed_loci import (
+    Chart,
+    ChartRequest,
+    LocusLine,
+    cursor,
+    lines_data,
+    lines_of,
+)
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons, no_chart
@@ -53,7 +60,7 @@ class LociPair:
 
     coriolis: bool
     values: np.ndarray
-    lines: list[Line]
+    lines: list[LocusLine]
     event: Event | None
     at: float
     shapes: tuple[tuple[ModeShape, ModeShape, ModeShape], ...]

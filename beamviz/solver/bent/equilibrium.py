@@ -60,6 +60,9 @@ class Grading(NamedTuple):
     widest: float
 
 
+# The first elements of the straight beam folded over have half as many unknowns and solve spin-ups
+# in half the time, but of 60 deflected beams two then had error bars a tenth too small and one a
+# limit that was 0.2 % too low: they resolve the straight modes and leave little to spare.
 LAYERS = Grading(layer=3.0, ratio=4.0, widest=math.inf)
 
 

@@ -11,10 +11,10 @@ from beamviz.evidence.benchmark.motion import (
     EXUDYN_MODEL,
     FINEST,
     SCENES,
-    Row,
-    integrate,
-    map_case,
+    MotionRow,
     map_cell,
+    map_problem,
+    motion_of_map,
     peer_tip,
     reference_tip,
     row_of,
@@ -25,7 +25,7 @@ from beamviz.evidence.benchmark.motion import (
 def test_outcomes():
     """The explicit method is unstable above 2.8 over the highest frequency, thousands over T* at
     mu = 70; the trapezoidal rule is less accurate than Radau's with four times its step."""
-    reference, _ = integrate(map_case(70.0, "radau", FINEST), "radau")
+    reference, _ = motion_of_map(map_problem(70.0, "radau", FINEST), "radau")
     assert map_cell("explicit", 70.0, 0.02, reference).outcome == "unstable"
     assert map_cell("trapezoidal", 1000.0, 2.0, reference).outcome == "does not converge"
     coarse, fine = (map_cell("radau", 70.0, step, reference) for step in (0.2, 0.04))
@@ -63,7 +63,7 @@ def test_rows(monkeypatch):
     monkeypatch.setattr(benchmark_motion, "LEAST", 0.0)
     scene = SCENES["Kane's manoeuvre"]
     tip = np.zeros((scene.instants + 1, 2))
-    blank = Row("Kane's manoeuvre", "auto", "tolerance 0.001")
+    blank = MotionRow("Kane's manoeuvre", "auto", "tolerance 0.001")
     row = row_of(blank, lambda: tip, tip + 1e-4)
     assert row.error == pytest.approx(np.sqrt(2) * 1e-4)
 

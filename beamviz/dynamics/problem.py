@@ -1,4 +1,4 @@
-"""What `motion` is asked for: its arguments, validated, and the parts of the motion between the
+"""The problem of a motion: the arguments of `motion`, validated, and the parts between the
 moments at which the body docks or is released."""
 
 import math
@@ -43,7 +43,7 @@ class MotionPart(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class MotionProblem:
     """The arguments of `beamviz.motion`, which documents them. Raises InvalidInput."""
 
     beam: Beam
@@ -68,8 +68,8 @@ class Case:
     progress: Callable[[float], object] | None = None
 
     @classmethod
-    def of(cls, **given: Any) -> "Case":
-        """A case of keywords; InvalidInput names an unknown keyword."""
+    def of(cls, **given: Any) -> "MotionProblem":
+        """The problem of keywords; InvalidInput names an unknown keyword."""
         for name in given.keys() - cls.__dataclass_fields__.keys():
             if name in ("coriolis", "plane"):
                 raise InvalidInput(
@@ -236,8 +236,8 @@ class Case:
         return self.cubic or self.step is not None
 
     @cached_property
-    def problem(self) -> Problem:
-        """The theory."""
+    def statics(self) -> Problem:
+        """The problem of an equilibrium by the same theory."""
         return Problem(strain=self.strain, curvature=self.curvature)
 
     @property

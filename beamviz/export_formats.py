@@ -1,0 +1,65 @@
+"""The formats that `export` writes a scene in, as a table; each writer imports what it needs.
+
+A new format is a record here: `export`, the command line and its help have it from EXPORT_FORMATS.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+# path: of the file once it is complete; file: to write to until then; solved: a SolvedScene.
+# Returns the further files that were written.
+Writer = Callable[[Path, Path, Any], list[Path]]
+
+
+class ExportFormat(NamedTuple):
+    """A format of a scene in a file."""
+
+    suffix: str
+    text: str  # what it is, for the help
+    write: Writer
+
+
+def write_html(path: Path, file: Path, solved: Any) -> list[Path]:
+    from beamviz.exports import html_page
+
+    html_page.write_html(file, solved)
+    return []
+
+
+def write_glb(path: Path, file: Path, solved: Any) -> list[Path]:
+    from beamviz.exports import gltf
+
+    gltf.write_glb(file, solved)
+    return []
+
+
+def write_csv(path: Path, file: Path, solved: Any) -> list[Path]:
+    from beamviz.exports.csv_tables import csv_tables
+    from beamviz.files import write_files
+
+    (_, content), *others = csv_tables(path, solved.solution).items()
+    write_files(path.parent, dict(others))
+    file.write_bytes(content)
+    return [path.with_name(name) for name, _ in others]
+
+
+def write_npz(path: Path, file: Path, solved: Any) -> list[Path]:
+    import numpy as np
+
+    from beamviz.exports.arrays import field_arrays
+
+    with file.open("wb") as stream:  # given a path, numpy would add a suffix
+        np.savez_compressed(stream, **field_arrays(solved.solution))
+    return []
+
+
+EXPORT_FORMATS = {
+    row.suffix: row
+    for row in (
+        ExportFormat(".html", "a page with film, chart and table, without a network", write_html),
+        ExportFormat(".glb", "an animated 3D model", write_glb),
+        ExportFormat(".csv", "the modes, and in a second file equilibrium and shapes", write_csv),
+        ExportFormat(".npz", "the same as arrays", write_npz),
+    )
+}
