@@ -87,7 +87,7 @@ WRONG = {
     "[beam]\nalpha = 1979-05-27": ["alpha = datetime", "0 .. 100"],
     "[beam]\ngamma = 200\nmu = 10": ["gamma / mu = 20"],
     "[model]\nelements = 20": ["elements = 20", "method auto"],
-    "[model]\ncoriolis = 2": ["coriolis = 1"],
+    "[model]\ncoriolis = 2": ["coriolis = 2"],
     "[view]\nshares = [2]": ["shares = 2: must lie in 0 .. 1"],
     "[view]\nshares = 1": ["shares = 1", "list of at most 20"],
     "[view]\nmode = 0": ["mode = 0", "1 .. 20"],
