@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-# path: of the file once it is complete; file: to write to until then; solved: a SolvedScene.
-# Returns the further files that were written.
+# path: of the file once it is complete; file: to write to until then; scene: a Scene. Returns the
+# further files that were written.
 Writer = Callable[[Path, Path, Any], list[Path]]
 
 
@@ -20,37 +20,43 @@ class ExportFormat(NamedTuple):
     write: Writer
 
 
-def write_html(path: Path, file: Path, solved: Any) -> list[Path]:
+def write_html(path: Path, file: Path, scene: Any) -> list[Path]:
     from beamviz.exports import html_page
+    from beamviz.exports.solved_scene import SolvedScene
 
-    html_page.write_html(file, solved)
+    html_page.write_html(file, SolvedScene(scene))
     return []
 
 
-def write_glb(path: Path, file: Path, solved: Any) -> list[Path]:
+def write_glb(path: Path, file: Path, scene: Any) -> list[Path]:
     from beamviz.exports import gltf
+    from beamviz.exports.solved_scene import SolvedScene
 
-    gltf.write_glb(file, solved)
+    gltf.write_glb(file, SolvedScene(scene))
     return []
 
 
-def write_csv(path: Path, file: Path, solved: Any) -> list[Path]:
+def write_csv(path: Path, file: Path, scene: Any) -> list[Path]:
     from beamviz.exports.csv_tables import csv_tables
     from beamviz.files import write_files
+    from beamviz.solver import solve
 
-    (_, content), *others = csv_tables(path, solved.solution).items()
+    solution = solve(scene.beam, **scene.solver_options)
+    (_, content), *others = csv_tables(path, solution).items()
     write_files(path.parent, dict(others))
     file.write_bytes(content)
     return [path.with_name(name) for name, _ in others]
 
 
-def write_npz(path: Path, file: Path, solved: Any) -> list[Path]:
+def write_npz(path: Path, file: Path, scene: Any) -> list[Path]:
     import numpy as np
 
     from beamviz.exports.arrays import field_arrays
+    from beamviz.solver import solve
 
+    solution = solve(scene.beam, **scene.solver_options)
     with file.open("wb") as stream:  # given a path, numpy would add a suffix
-        np.savez_compressed(stream, **field_arrays(solved.solution))
+        np.savez_compressed(stream, **field_arrays(solution))
     return []
 
 

@@ -81,6 +81,7 @@ class SampledModes:
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without modes, for a beam without a solution."""
+        plane = "chordwise" if plane == "both" else plane
         x = stations(*fixed_places(beam))
         line, none = np.stack([x, 0 * x], 1), np.zeros((0, len(x), 2))
         return cls(beam, plane, x, line, np.zeros(len(x) - 1), modes=none)

@@ -45,7 +45,7 @@ def export(path: str | Path, scene: Scene) -> list[Path]:
     path = Path(path)
     suffix = check_suffix(path, tuple(EXPORT_FORMATS))
     with replaced(path) as file:
-        further = EXPORT_FORMATS[suffix].write(path, file, SolvedScene(scene))
+        further = EXPORT_FORMATS[suffix].write(path, file, scene)
     return [path, *further]
 
 

@@ -11,7 +11,19 @@ import pytest
 from helpers import slow
 from oracle.error_bars import oracle_answer, random_space_scene, verdict
 
-from beamviz import Beam, Blade, InvalidInput, Mass, loci, motion, solve, solve_many
+from beamviz import (
+    Beam,
+    Blade,
+    InvalidInput,
+    Mass,
+    Scene,
+    export,
+    loci,
+    motion,
+    screenshot,
+    solve,
+    solve_many,
+)
 
 FLAT = {"mu": 70, "flap": 0.25}
 SLENDER = {"mu": 1e4, "flap": 1 / 16}
@@ -245,3 +257,19 @@ def test_si():
     assert both(again).frequencies == pytest.approx(frequencies, rel=1e-9)
     with pytest.raises(InvalidInput, match="twist: 2 values, 3 stations"):
         Beam.from_si(**stations, **stiff, twist=[1.0, 2.0])
+
+
+def test_files_of_both_planes(tmp_path):
+    """Tables and arrays have all three components; a picture says that it shows one plane."""
+    scene = Scene.of(Beam(**FLAT, gamma=5, pitch=30), plane="both")
+    export(tmp_path / "numbers.npz", scene)
+    arrays = np.load(tmp_path / "numbers.npz")
+    assert arrays["shapes"].shape[::2] == (5, 3)
+    assert arrays["in_plane_fractions"] == pytest.approx(TABLE[0][2], abs=6e-4)
+    export(tmp_path / "numbers.csv", scene)
+    assert "F1 out of plane" in (tmp_path / "numbers.shapes.csv").read_text()
+    with pytest.raises(InvalidInput, match="the 3D scene shows one plane"):
+        screenshot(tmp_path / "picture.png", scene)
+    again = Scene.from_bytes(scene.to_toml().encode(), "scene.toml")
+    assert again.beam == scene.beam
+    assert again.options["plane"] == "both"
