@@ -14,7 +14,7 @@ from typing import Any
 from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, to_keep
-from beamviz.solver.planes import beam_in_plane, check_plane, solve_both
+from beamviz.solver.planes import beam_in_plane, solve_both
 from beamviz.solver.problem import (
     MAX_MODES,
     METHODS,
@@ -91,13 +91,6 @@ def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> l
 def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
     """Dispatch to the plane, the state and the method."""
     start = time.perf_counter()
-    for beam in beams:
-        check_plane(beam, problem.plane)
-        if problem.in_space and beam.spin_up:
-            raise InvalidInput(
-                f"spin_up = {beam.spin_up:g}: bends the beam in the plane of rotation only",
-                use={"plane": ("chordwise",)},
-            )
     if problem.in_space:
         answers = solve_both(beams, problem, partial(_solve_section, extra_modes=extra_modes))
     else:

@@ -22,25 +22,35 @@ from beamviz.solver.solution import Solution, Stats, read_only
 Answer = Solution | BeamvizError
 
 
-def check_plane(beam: Beam, plane: str) -> None:
+def check_in_space(beam: Beam) -> None:
+    """InvalidInput for what bends in the plane of rotation only."""
+    if beam.spin_up:
+        raise InvalidInput(
+            f"spin_up = {beam.spin_up:g}: bends the beam in the plane of rotation only",
+            use={"plane": ("chordwise",)},
+        )
+
+
+def check_not_turned(beam: Beam) -> None:
     """InvalidInput for a turned section in a single plane."""
-    if plane == "both" or not beam.is_turned:
-        return
-    numbers = {name: getattr(beam, name) for name in ("pitch", "twist")}
-    given = ", ".join(f"{name} = {value:g}" for name, value in numbers.items() if value)
-    raise InvalidInput(
-        f"{given or 'the twist of the blade'}: a turned section couples bending in the plane of"
-        " rotation and out of it",
-        use={"plane": ("both",)},
-    )
+    if beam.is_turned:
+        numbers = {name: getattr(beam, name) for name in ("pitch", "twist")}
+        given = ", ".join(f"{name} = {value:g}" for name, value in numbers.items() if value)
+        raise InvalidInput(
+            f"{given or 'the twist of the blade'}: a turned section couples bending in the plane of"
+            " rotation and out of it",
+            use={"plane": ("both",)},
+        )
 
 
 def beam_in_plane(beam: Beam, plane: str) -> Beam:
     """The beam of the mechanics, which know flap, pitch and twist as properties of a blade: with
-    the blade that has those of them that count in a plane."""
+    the blade that has those of them that count in a plane. Raises InvalidInput for a turned section
+    in a single plane."""
     if plane == "both":
         blade = section(beam.blade, beam.flap, beam.pitch, beam.twist)
         return beam.replace(blade=blade, flap=1.0, pitch=0.0, twist=0.0)
+    check_not_turned(beam)
     if plane == "flapwise" and beam.flap != 1:
         return beam.replace(blade=section(None, beam.flap, 0.0, 0.0), flap=1.0)
     return beam
@@ -70,7 +80,9 @@ def solve_both(
     solve: Callable[[list[Beam], Problem], list[Answer]],
 ) -> list[Answer]:
     """The solutions of beams that bend in both planes, or their errors. solve: solves for beams of
-    the mechanics; those whose planes do not couple, in each plane."""
+    the mechanics; those whose planes do not couple, in each plane. Raises InvalidInput."""
+    for beam in beams:
+        check_in_space(beam)
     answers: dict[int, Answer] = {}
     coupled = [k for k, beam in enumerate(beams) if beam.is_turned]
     others = [k for k in range(len(beams)) if k not in set(coupled)]
