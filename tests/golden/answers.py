@@ -1,9 +1,8 @@
-"""Beams, charts and motions from records in JSON, and the answers of the program as records
-of arrays, to and from JSON."""
+"""Beams, charts and motions from records in JSON, and the answers of the program as records of
+arrays."""
 
 import gzip
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,14 +12,12 @@ import numpy as np
 from beamviz import Beam, Blade, Hub, Loci, Mass, Motion, Ramp, Solution, loci, motion, solve
 from beamviz.errors import BeamvizError
 
+FILE = Path(__file__).with_name("answers.json.gz")
 Record = dict[str, Any]
 
 X = (0.3137, 0.7219, 1.0)  # of shapes and the state
 DEFAULT = 1e-6  # tolerance
 CHART_VALUES, MOTION_TIMES = 11, 41
-DIGITS = 12
-ROUNDED = {"errors": 3, "error": 3, "s": 15, "shapes": 9, "fraction": 9, "nodes": 8}
-SPREAD_DIGITS = 2
 ARRAYS = (
     *("s", "errors", "fraction", "shapes", "position", "stretch", "root", "limit"),
     *("tip", "gamma", "angle", "energy"),
@@ -152,40 +149,7 @@ def with_tolerance(options: Mapping[str, Any], tolerance: float | None) -> Recor
     return dict(options) if tolerance is None else {**options, "tolerance": tolerance}
 
 
-def has_resolution(options: Mapping[str, Any]) -> bool:
-    """Whether the method has a given resolution, and does not refine to a tolerance."""
-    return options.get("method", "auto") not in ("auto", "foac", "zoac")
-
-
-# In the types of JSON: arrays as lists, complex ones as real and imaginary parts.
-
-
-def packed(value: Any, digits: int = DIGITS) -> Any:
-    """A value in the types of JSON."""
-    if isinstance(value, Mapping):
-        return {name: packed(each, digits_of(name, digits)) for name, each in value.items()}
-    if isinstance(value, np.ndarray):
-        if not np.iscomplexobj(value):
-            return packed(value.tolist(), digits)
-        parts = {"real": packed(value.real.tolist(), digits)}
-        if value.imag.any():
-            parts["imag"] = packed(value.imag.tolist(), digits)
-        return parts
-    if isinstance(value, list | tuple):
-        return [packed(each, digits) for each in value]
-    if not isinstance(value, float):
-        return value
-    if not math.isfinite(value):
-        return repr(value)
-    rounded = float(f"{value:.{digits}g}")
-    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e6 else rounded
-
-
-def digits_of(name: str, digits: int) -> int:
-    """The digits of a quantity in a record; fewer in all of a spread."""
-    if SPREAD_DIGITS in (digits, ROUNDED.get(name)) or name == "spread":
-        return SPREAD_DIGITS
-    return ROUNDED.get(name, digits)
+# In the types of JSON arrays are lists, complex ones have their real and imaginary parts.
 
 
 def unpacked(value: Any, name: str = "") -> Any:
@@ -208,6 +172,7 @@ def case_of(record: Record) -> Record:
     return record | {name: unpacked(record[name]) for name in answers if name in record}
 
 
-def read(file: Path) -> Record:
-    with gzip.open(file, "rt", encoding="utf-8") as text:
-        return dict(json.load(text))
+def read() -> list[Record]:
+    """The cases of the file."""
+    with gzip.open(FILE, "rt", encoding="utf-8") as text:
+        return [case_of(record) for record in json.load(text)["cases"]]

@@ -1,12 +1,14 @@
 """Differences between an answer of the golden file and that of the program now, each over what is
-allowed (see scripts/golden.py)."""
+allowed."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from golden_answers import (
+from numpy.typing import ArrayLike, NDArray
+
+from golden.answers import (
     DEFAULT,
     MEASURED,
     Record,
@@ -15,7 +17,6 @@ from golden_answers import (
     motion_answer,
     with_tolerance,
 )
-from numpy.typing import ArrayLike, NDArray
 
 RELATIVE = 1e-9  # of frequencies
 SLOW = 0.01  # [1/T*] frequency below which an error is relative to this one
@@ -69,14 +70,6 @@ def rows_of(case: Record) -> Iterator[Row]:
         yield from solve_rows(case, answer(beam, with_tolerance(options, case["tolerance"])))
         if "default" in case:
             yield from default_rows(case, answer(beam, with_tolerance(options, DEFAULT)))
-
-
-def rows_or_crash(case: Record) -> list[Row]:
-    """`rows_of` a case; an error that is no answer is a difference."""
-    try:
-        return list(rows_of(case))
-    except Exception as error:
-        return [Row("crash", "", repr(error), math.inf)]
 
 
 def compared(quantity: str, golden: ArrayLike, now: ArrayLike, allowed: ArrayLike) -> Row:
