@@ -145,7 +145,8 @@ class Problem:
     coriolis: bool = option(
         False,
         "Coriolis forces, which the paper leaves out. They couple stretching and chordwise"
-        " bending, and do not act out of the plane of rotation.",
+        " bending, and do not act out of the plane of rotation. In Python and files also a factor"
+        " of them from 0 to 1.",
         feature="Coriolis forces",
         partial=True,
     )
