@@ -4,9 +4,9 @@ the background.
 
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,11 +21,11 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.declarations import Choice, Tab, name_key
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.links import within_limits
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.jobs import Answer, Job, JobStatus
+from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -74,13 +74,6 @@ class File:
 
 
 JOB = "file"
-# Ids of elements that show the progress of a file, in the tabs Export, Motion and Frequencies.
-PROGRESS = (
-    *("export-work", "export-progress", "export-state"),
-    *("motion-file-work", "motion-file-state", "chart-file-work", "chart-file-state"),
-)
-
-
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 FILM = Choice("film_length", "shortest loop", FILM_LENGTHS, name_key("film", FILM_LENGTHS))
 
@@ -104,11 +97,10 @@ class Files(Feature):
         self.page.on("export_chart", self.start_chart, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(lambda s: (), lambda: page.html("tab-export", export_tab()), ("tab-export",)),
-            Part(progress_reads, progress_content, PROGRESS),
+    def content(self, snapshot: Snapshot) -> Content:
+        job = snapshot.jobs[JOB]
+        return page.html("tab-export", export_tab()) | progress_content(
+            busy=job.busy, note=job.note, done=job.done
         )
 
     def save(self) -> None:
@@ -233,13 +225,7 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
-def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The progress of the file that is being written."""
-    job: JobStatus = snapshot.jobs[JOB]
-    return job.busy, job.note, job.done
-
-
-def progress_content(busy: bool, note: str, done: float) -> Content:
+def progress_content(*, busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
@@ -249,6 +235,7 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     return content | page.html("export-state", escape(note))
 
 
+@cache
 def export_tab() -> str:
     """Buttons for all file formats, and for scene files."""
     length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))

@@ -18,9 +18,10 @@ from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.declarations import Choice, features
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.lessons import GUESS, begun, check_guess
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, Case, History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import check_keys
@@ -268,12 +269,12 @@ class Links(Feature):
             title = "Opened without a part of the link" if link.scene else "The link is not valid"
             self.page.say(f"{title}:\n{listed(link.refused)}", error=True)
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(lambda s: (s.state,), self.address, ("copy-link",)),
-            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content, ()),
-        )
+    def content(self, snapshot: Snapshot) -> Content:
+        """The address, and the scene, which is hidden until it is that of the address for the first
+        time."""
+        state = snapshot.state
+        is_shown = state.reserved is not None and snapshot.settled
+        return self.address(state) | (page.props("scene", data_ready="") if is_shown else {})
 
     def address(self, state: State) -> Content:
         """The address of the state, unless the page has not sent its own; none, with the reason,
@@ -287,11 +288,6 @@ class Links(Feature):
             reason = str(error)
         found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
         return found | page.props("copy-link", disabled=bool(reason), title=reason or None)
-
-
-def shown_content(is_shown: bool) -> Content:
-    """The scene, which is hidden until it is that of the address for the first time."""
-    return page.props("scene", data_ready="") if is_shown else {}
 
 
 def query_of(state: State, first: State) -> str:
