@@ -68,10 +68,8 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that
     },
     "evidence": {"solver.bent"},  # other stable states
 }
-WHOLE_FOLDERS = {"explorer.features"}  # packages that import each of their modules
 BY_NAME = {  # modules that import by a name, which is not seen unless it is a whole one
     "beamviz",  # its public names on first use
-    *WHOLE_FOLDERS,
     *("evidence.benchmark.external", "evidence.benchmark.exudyn_motion"),  # other programs
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}
@@ -166,8 +164,6 @@ def test_no_circle_of_imports():
     for each in all_imports():
         if each.target in MODULES and each.target != each.module and not each.is_late:
             graph[each.module].add(each.target)
-    for folder in WHOLE_FOLDERS:
-        graph[folder] |= {name for name in MODULES if name.startswith(f"{folder}.")}
     TopologicalSorter(graph).prepare()  # raises CycleError, which lists the circle
 
 

@@ -11,11 +11,9 @@ from live.visitor import Visitor, beam_moved, catch_up, frequency_text, pause, v
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.feature import Part
 from beamviz.explorer.features import files, veering
 from beamviz.explorer.features.lessons import formatted, lesson_rate
 from beamviz.explorer.features.method_timing import time_method
-from beamviz.explorer.page import html
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import START, Scene
 from beamviz.solver import solve
@@ -169,12 +167,13 @@ def test_a_slider_has_its_usual_range_again(guest):
 
 def test_a_format_that_cannot_be_written_is_not_offered(monkeypatch):
     """MP4 without PyAV: the button is disabled and says why."""
+    export_tab = files.export_tab.__wrapped__  # which is asked once
     monkeypatch.setattr(files, "find_spec", lambda name: None)
-    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', files.export_tab())
+    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', export_tab())
     assert " disabled" in button[0]
-    assert "Needs the package PyAV" in files.export_tab()
+    assert "Needs the package PyAV" in export_tab()
     monkeypatch.setattr(files, "find_spec", lambda name: name)
-    assert " disabled" not in files.export_tab()
+    assert " disabled" not in export_tab()
 
 
 def test_an_event_is_shown_in_its_two_modes(guest):
@@ -273,14 +272,6 @@ def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest, session):
     guest.do("tab", "frequencies", until=lambda _: guest.texts["veering-shapes"] == "")
     assert guest.props["veering-chart"]["hidden"]
     guest.do("tab", "veering", until=lambda _: guest.texts["veering-shapes"] == shown)
-
-
-def test_a_part_of_the_page_must_say_what_it_shows():
-    """Also where it shows nothing: what it does not name would stay as it was."""
-    part = Part(lambda _: (), lambda shown: html("one", "text") if shown else {}, ("one",))
-    assert part.content(True) == {("html", "one"): "text"}
-    with pytest.raises(ValueError, match="one"):
-        part.content(False)
 
 
 def test_a_limit_of_the_speed_has_the_same_digits_everywhere(guest):
