@@ -32,10 +32,13 @@ ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = (
     "server/viser.css",
     "drawing/captions.css",
+    "drawing/plain_scene.css",
     *(f"explorer/page/{name}.css" for name in ("page", "chart")),
 )
 SCRIPTS = (
+    "server/webgl.js",
     "server/viser.js",
+    "drawing/plain_scene.js",
     "drawing/captions.js",
     *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map")),
 )

@@ -640,6 +640,7 @@ const beamviz = (() => {
     beamvizViser.watchConnection((isConnected) => byId("offline")[isConnected ? "close" : "show"]());
     byId("restarted").hidden = window === window.parent; // not in the frame of a cell
     beamvizViser.quietPointer();
+    byId("no-webgl").hidden = !beamvizPlainScene.start(byId("caption-layer"));
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {
