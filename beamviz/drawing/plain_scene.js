@@ -5,7 +5,8 @@
 const beamvizPlainScene = (() => {
   const PERIOD = 38; // [ms] between two pictures: the server sends 25 in a second
   const REST = 1; // part of the time that a picture has taken, until the next one
-  const SLOW = 40; // [ms] for a picture, from which on pixels have one sample each, not four
+  const SLOW = 40; // [ms] for a usual picture, from which on pixels have one sample each, not four
+  const MEMORY = 0.05; // weight of the last picture in what is usual: the first ones take longer
   const NEAR = 0.02; // [beam lengths] from the camera, as in renderer.py
   const ON_TOP = 1.0005; // how much nearer lines are than the surface they are on
   // The white lights of surroundings.py: directions and intensities, and the sky.
@@ -35,7 +36,8 @@ const beamvizPlainScene = (() => {
    */
 
   const canvas = document.createElement("canvas");
-  let samples = 2, next = 0, waits = false; // of a pixel along x and along y; [ms] time of the next picture
+  let samples = 2; // of a pixel along x and along y
+  let usual = 0, next = 0, waits = false; // [ms] for a picture; time of the next one, and whether it is asked for
   let width = 0, height = 0; // [samples] of the picture
   let shown = new Uint32Array(0), depth = new Float32Array(0); // colours, and 1 / distance
   /** @type {number[]} */
@@ -274,7 +276,8 @@ const beamvizPlainScene = (() => {
       waits = false;
       draw();
       const taken = performance.now() - start;
-      if (taken > SLOW) samples = 1;
+      usual += MEMORY * (taken - usual);
+      if (usual > SLOW) samples = 1;
       next = start + Math.max(PERIOD, taken * (1 + REST));
     }), Math.max(next - performance.now(), 0));
   }
