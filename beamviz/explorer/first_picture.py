@@ -42,7 +42,7 @@ def first_picture(scene: Scene | None) -> str:
         except BeamvizError:  # which the page explains
             pictures.clear()
     images = "".join(
-        f'<img class="{theme}" alt="" hidden src="{url}">' for theme, url in pictures.items()
+        f'<img class="{theme}" alt="" src="{url}">' for theme, url in pictures.items()
     )
     return f'<div id="first-picture">{images}{NEUTRAL}{LOADING}</div>'
 
