@@ -3,6 +3,7 @@
    light and tone curve are those of the page (exports/renderer.py). */
 "use strict";
 const beamvizPlainScene = (() => {
+  const NOTE = "This browser has no WebGL: the page draws the scene itself, without shadows.";
   const PERIOD = 38; // [ms] between two pictures: the server sends 25 in a second
   const REST = 1; // part of the time that a picture has taken, until the next one
   const SLOW = 40; // [ms] for a usual picture, from which on pixels have one sample each, not four
@@ -282,13 +283,18 @@ const beamvizPlainScene = (() => {
     }), Math.max(next - performance.now(), 0));
   }
 
-  /** Puts the canvas before an element of the page, if there is no WebGL. Returns whether. */
-  function start(/** @type {Element | null} */ before) {
-    if (beamvizWebGL.isThere) return false;
-    canvas.id = "plain-scene";
-    before?.before(canvas);
+  /**
+   * In a browser without WebGL: puts the picture, and the reason for it, before an element.
+   * @param {Element} element
+   */
+  function start(element) {
+    if (beamvizWebGL.isThere) return;
+    const host = document.createElement("div"), note = document.createElement("p");
+    host.id = "plain-scene";
+    note.textContent = NOTE;
+    host.append(canvas, note);
+    element.before(host);
     beamvizWebGL.replace(drawSoon);
-    return true;
   }
 
   return { start, canvas: () => (canvas.isConnected ? canvas : null) };

@@ -642,7 +642,7 @@ const beamviz = (() => {
     byId("restarted").hidden = window === window.parent; // not in the frame of a cell
     beamvizViser.quietPointer();
     found("first-picture")?.classList.toggle("opening", !opensLink);
-    byId("no-webgl").hidden = !beamvizPlainScene.start(byId("caption-layer"));
+    beamvizPlainScene.start(byId("caption-layer"));
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {
