@@ -41,9 +41,7 @@ def first_picture(scene: Scene | None) -> str:
                 pictures[theme] = data_url(OpeningScene(scene.changed(dark=dark)))
         except BeamvizError:  # which the page explains
             pictures.clear()
-    images = "".join(
-        f'<img class="{theme}" alt="" src="{url}">' for theme, url in pictures.items()
-    )
+    images = "".join(f'<img class="{theme}" alt="" src="{url}">' for theme, url in pictures.items())
     return f'<div id="first-picture">{images}{NEUTRAL}{LOADING}</div>'
 
 
