@@ -5,6 +5,7 @@ import contextlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from html import escape
 from typing import Any, Self
 
@@ -187,6 +188,7 @@ def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> S
     return state.with_choice(ENDS, (first, second))
 
 
+@lru_cache(32)  # for several visitors: the borders take 5 ms, of each frame with an edit
 def map_content(answer: Answer[MapRequest, BeamMap] | None, mapped: str | int) -> Content:
     """The last map, or the reason why there is none."""
     if answer is None or answer.result is None:

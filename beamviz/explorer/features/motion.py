@@ -5,7 +5,7 @@ import contextlib
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from html import escape
 from typing import Any, NamedTuple
 
@@ -493,6 +493,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
 # The charts
 
 
+@lru_cache(16)  # for several visitors: 1 ms of each frame of a motion that plays
 def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     """The charts of a motion, or the reason why there is none."""
     found = answer.result if answer else None
@@ -513,6 +514,7 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     return content | page.html("moment-label", escape(shown.label))
 
 
+@lru_cache(16)
 def notes_content(answer: Answer[MotionRequest, Computed] | None, before: bool) -> Content:
     """What the charts show, in words; before: the motion is that before the last change."""
     found = answer.result if answer else None

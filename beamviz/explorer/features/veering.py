@@ -4,6 +4,7 @@ forces, and the mode shapes before, at and after it."""
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from html import escape
 from typing import Any, NamedTuple
 
@@ -211,6 +212,7 @@ def nearest_event(charts: ChartAnswer | None, snapshot: Snapshot) -> Event | Non
     return charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
+@lru_cache(16)  # for several visitors: 1 ms of each frame with an edit
 def event_content(
     charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
 ) -> Content:
