@@ -178,7 +178,9 @@ const beamvizPlainScene = (() => {
   function drawSurface({ geometry }, material, m, albedo) {
     const points = geometry.attributes.position, index = geometry.index?.array;
     /** @type {Triple[]} */
-    const world = [], seen = [];
+    const world = [];
+    /** @type {Triple[]} */
+    const seen = [];
     for (let k = 0; k < points.count; k++) {
       const x = points.getX(k), y = points.getY(k), z = points.getZ(k);
       world.push([0, 1, 2].map((i) => m[i] * x + m[i + 4] * y + m[i + 8] * z + m[i + 12]));

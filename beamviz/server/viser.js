@@ -9,7 +9,7 @@ const beamvizViser = (() => {
    * A vector, a node and a camera of three.js, which viser draws with.
    * @typedef {{ x: number, y: number, clone(): Vector, setFromMatrixPosition(matrix: object): Vector,
    *   project(camera: object): Vector }} Vector
-   * @typedef {{ position: Vector, matrixWorld: object, traverse?(each: (solid: Solid) => void): void }} SceneNode
+   * @typedef {{ position: Vector, matrixWorld: { elements: number[] }, traverse?(each: (solid: Solid) => void): void }} SceneNode
    * @typedef {{ isMesh?: boolean, isInstancedMesh?: boolean, material?: { uniforms?: { thickness?: object } },
    *   raycast?: () => void }} Solid
    *
