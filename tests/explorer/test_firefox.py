@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 from live.browser import NODES, READY, by_id
-from live.firefox import FirefoxPage, find_firefox, firefox
+from live.firefox import FirefoxPage, firefox
+from live.firefox_path import find_firefox
 from live.server import wait_until
 
 from beamviz.beam import Beam

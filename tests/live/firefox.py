@@ -4,7 +4,6 @@ import contextlib
 import itertools
 import json
 import os
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -16,7 +15,6 @@ from live.server import TIMEOUT, wait_until
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-FIREFOXES = "firefox", "firefox-esr", "/Applications/Firefox.app/Contents/MacOS/firefox"
 # No start page, no updates, nothing sent home; a frame is drawn though no window is seen.
 PREFERENCES = {
     "app.update.enabled": False,
@@ -27,12 +25,6 @@ PREFERENCES = {
     "services.settings.server": "data:,",
     "toolkit.telemetry.enabled": False,
 }
-
-
-def find_firefox() -> str | None:
-    """The Firefox named by BEAMVIZ_FIREFOX (a name or a path), else the first one found."""
-    named = os.environ.get("BEAMVIZ_FIREFOX")
-    return next(filter(None, map(shutil.which, [named] if named else FIREFOXES)), None)
 
 
 class FirefoxPage:
