@@ -4,9 +4,10 @@
 
 Makes the environment if needed and finds or installs a browser for the tests of the page. Tests
 run in parallel, and types are checked meanwhile. `--all` adds the tests marked `slow`, one of which
-needs Firefox, and is skipped where that is missing and cannot be installed. The exit code is 0 only if every check passed. With CI set in the environment a missing browser is a
-failure too, unless BEAMVIZ_BROWSER=none asks for none. The types of the page need Node: where it
-is missing and cannot be installed, the last line says that they were not checked.
+needs Firefox, and is skipped where that is missing and cannot be installed. The exit code is 0 only
+if every check passed. With CI set in the environment a missing browser is a failure too, unless
+BEAMVIZ_BROWSER=none asks for none. The types of the page need Node: where it is missing and cannot
+be installed, the last line says that they were not checked.
 """
 
 import os

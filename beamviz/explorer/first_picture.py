@@ -1,7 +1,7 @@
 """What a page shows until its scene has come, which takes seconds on a slow machine.
 
-A page that opens without a link gets a picture of its scene. One with a link gets what all scenes
-have, floor and hub: which scene that is, the page does not know yet.
+A page that opens without a link gets a picture of its scene. One with a link gets rings without a
+beam: of which scene the link is, the page does not know yet.
 """
 
 import base64
@@ -18,8 +18,7 @@ QUALITY = 70  # of 100: 15 kB each
 LOADING = '<p role="status">Loading the scene …</p>'
 NEUTRAL = (
     '<svg viewBox="0 0 400 220" aria-hidden="true">'
-    '<ellipse cx="200" cy="140" rx="180" ry="62"/><ellipse cx="200" cy="140" rx="90" ry="31"/>'
-    '<path d="M180 82v38a20 8 0 0 0 40 0v-38"/><ellipse cx="200" cy="82" rx="20" ry="8"/></svg>'
+    '<ellipse cx="200" cy="120" rx="180" ry="62"/><ellipse cx="200" cy="120" rx="90" ry="31"/></svg>'
 )
 
 
@@ -33,7 +32,7 @@ class OpeningScene(SolvedScene):
 
 
 def first_picture(scene: Scene | None) -> str:
-    """The HTML of a first picture: of a scene, light and dark, or of none that is known before."""
+    """The HTML of a first picture: of a scene, light and dark, or of no scene in particular."""
     pictures = {}
     if scene:
         try:

@@ -1,4 +1,4 @@
-"""What a page shows until its scene has come: a picture of it, or what all scenes have."""
+"""What a page shows until its scene has come: a picture of it, or none of any."""
 
 import base64
 import io
@@ -47,7 +47,7 @@ def test_the_first_picture_is_that_of_the_scene():
     ],
 )
 def test_nothing_is_shown_that_the_page_may_not_open_with(scene, options):
-    """Only what all scenes have, and that it is loading."""
+    """No beam, and that it is loading."""
     html = opening_picture(scene, Access("127.0.0.1", 8080, **options))
     assert not pictures(html)
     assert "<svg" in html
