@@ -18,7 +18,8 @@ QUALITY = 70  # of 100: 15 kB each
 LOADING = '<p role="status">Loading the scene …</p>'
 NEUTRAL = (
     '<svg viewBox="0 0 400 220" aria-hidden="true">'
-    '<ellipse cx="200" cy="120" rx="180" ry="62"/><ellipse cx="200" cy="120" rx="90" ry="31"/></svg>'
+    '<ellipse cx="200" cy="120" rx="180" ry="62"/>'
+    '<ellipse cx="200" cy="120" rx="90" ry="31"/></svg>'
 )
 
 
