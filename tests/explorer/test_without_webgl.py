@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from live.axe import load_axe, violations
 from live.browser import NODES, Page, by_id, page
 from live.server import wait_until
 from PIL import Image
@@ -96,6 +97,12 @@ def test_all_else_works_and_the_reason_is_said(school):
     mass, target = (school.at_rest(lambda x=x: place(school, x)) for x in (0.5, 0.8))  # on the page
     school.drag(mass, target, arrived=lambda: abs(school.number("beta") - 0.8) < 0.03)
     assert school.problems == []
+
+
+def test_axe_finds_nothing_serious(school):
+    """On the page without WebGL."""
+    load_axe(school)
+    assert violations(school) == []
 
 
 def place(shown: Page, x: float) -> list[float]:
