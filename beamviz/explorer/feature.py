@@ -17,6 +17,7 @@ from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import State
 from beamviz.explorer.view import Picture, SceneView
 from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Scene
 
 
 class Feature(Declared):
@@ -61,6 +62,14 @@ class Feature(Declared):
         """What the page shows of a snapshot. It names all elements of the feature, also those that
         show nothing: what is not named goes on to show an earlier snapshot."""
         return {}
+
+
+def first_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
+    """The state in which a page with these features opens on a scene."""
+    state = State.of(scene)
+    for kind in features:
+        state = kind.begun(state)
+    return state
 
 
 def fading(snapshot: Snapshot, jobs: Collection[str], *ids: str) -> Content:

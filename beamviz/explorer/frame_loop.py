@@ -13,11 +13,10 @@ from dataclasses import replace
 from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.feature import Feature
+from beamviz.explorer.feature import Feature, first_state
 from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -95,10 +94,8 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = State.of(self.first_scene())
-        for kind in self.features:
-            state = kind.begun(state)
-        state, presenter = replace(state, following=follows), self.presented if follows else None
+        state = replace(first_state(self.first_scene(), self.features), following=follows)
+        presenter = self.presented if follows else None
         visitor = Visitor(client, state, self.workers, self.resume, presenter, presents)
         return Session(visitor, self.features)
 

@@ -18,6 +18,7 @@ from live.visitor import Visitor as Socket
 
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.explorer import jobs, links, page, session, solutions, visitor
+from beamviz.explorer.feature import first_state
 from beamviz.explorer.jobs import Callback
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
@@ -146,9 +147,7 @@ class Offline(Socket):
     def __init__(self, scene: Scene, workers: Workers):
         super().__init__(Line())
         self.client: Any = Client()
-        state = State.of(scene)
-        for kind in links.PAGE:
-            state = kind.begun(state)
+        state = first_state(scene, links.PAGE)
         opened = Visitor(self.client, state, workers, schedule=lambda: None)
         self.session = Session(opened, links.PAGE)
 
