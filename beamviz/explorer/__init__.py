@@ -14,6 +14,7 @@ from typing import Any
 
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.explorer import links
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
@@ -136,13 +137,13 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
 @contextmanager
 def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
     """A running explorer: the URL for visitors, and its frame loop."""
-    contents = {key: (tab.name, tab.content) for key, tab in tabs().items()}
+    contents = {key: (tab.name, tab.content) for key, tab in tabs(links.PAGE).items()}
     with run_server(access, partial(insert_page, tabs=contents)) as server:
         access = replace(access, port=server.get_port())
         self_test(server, access)
         choose_theme(server, dark=scene.view.dark)
         place(server.initial_camera, initial(scene))
-        frame_loop = FrameLoop(server, scene, access)
+        frame_loop = FrameLoop(server, scene, access, links.PAGE)
         try:
             yield access.url, frame_loop
         finally:
