@@ -167,6 +167,11 @@ class SceneView:
         self.scene, self.camera = BeamScene(scene), camera
         self.beam = self.scene.view(0)
 
+    @property
+    def graph(self) -> DrawnScene:
+        """The nodes that objects are added to."""
+        return self.scene.scene
+
     def line_of_sight(self, point: np.ndarray) -> Ray:
         """The present line of sight through a point (3,) of the scene."""
         turn_back = SO3(np.array(self.beam.rotor.wxyz)).inverse()

@@ -156,9 +156,8 @@ def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loop
         return found[0], found[1]
 
     before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(TIMEOUT)
-    assert after == pytest.approx(
-        next_speed(run_up.answer_of(session.snapshot).result, before, 0.1)
-    )
+    run = run_up.answer_of(session.snapshot).result
+    assert after == pytest.approx(next_speed(run, before, 0.1))
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):

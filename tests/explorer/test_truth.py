@@ -167,13 +167,12 @@ def test_a_slider_has_its_usual_range_again(guest):
 
 def test_a_format_that_cannot_be_written_is_not_offered(monkeypatch):
     """MP4 without PyAV: the button is disabled and says why."""
-    export_tab = files.export_tab.__wrapped__  # which is asked once
     monkeypatch.setattr(files, "find_spec", lambda name: None)
-    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', export_tab())
+    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', files.export_tab())
     assert " disabled" in button[0]
-    assert "Needs the package PyAV" in export_tab()
+    assert "Needs the package PyAV" in files.export_tab()
     monkeypatch.setattr(files, "find_spec", lambda name: name)
-    assert " disabled" not in export_tab()
+    assert " disabled" not in files.export_tab()
 
 
 def test_an_event_is_shown_in_its_two_modes(guest):

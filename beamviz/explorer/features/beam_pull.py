@@ -40,7 +40,7 @@ class BeamPull(Feature):
     def add_to(self, view: SceneView) -> None:
         self.scene, self.view, self.offered = view, view.beam, False
         name, box = "/scene/rotor/sleeve", trimesh.creation.box()
-        self.sleeve = add_instances(view.scene.scene, name, box, PIECES, opacity=0.0)
+        self.sleeve = add_instances(view.graph, name, box, PIECES, opacity=0.0)
         self.sleeve.visible = False
 
     def move(self, snapshot: Snapshot) -> None:
@@ -57,7 +57,7 @@ class BeamPull(Feature):
         line = np.column_stack([*columns])
         centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
         placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
-        self.scene.scene.scene.set_properties(self.sleeve, **placed)
+        self.scene.graph.set_properties(self.sleeve, **placed)
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""

@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -86,6 +86,7 @@ class Files(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.buttons = export_tab()
         self.waiting: list[File] = []  # which the visitor wants after the one being written
         self.job: Job[File, bytes] = visitor.add_own_job(
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
@@ -99,7 +100,7 @@ class Files(Feature):
 
     def content(self, snapshot: Snapshot) -> Content:
         job = snapshot.jobs[JOB]
-        return page.html("tab-export", export_tab()) | progress_content(
+        return page.html("tab-export", self.buttons) | progress_content(
             busy=job.busy, note=job.note, done=job.done
         )
 
@@ -235,7 +236,6 @@ def progress_content(*, busy: bool, note: str, done: float) -> Content:
     return content | page.html("export-state", escape(note))
 
 
-@cache
 def export_tab() -> str:
     """Buttons for all file formats, and for scene files."""
     length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
