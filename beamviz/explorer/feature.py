@@ -9,12 +9,12 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared, Tab, tabs
+from beamviz.explorer.declarations import Declared, Tab
 from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import write_tab
+from beamviz.explorer.state import State
 from beamviz.explorer.view import Picture, SceneView
 from beamviz.explorer.visitor import Visitor
 
@@ -27,6 +27,15 @@ class Feature(Declared):
         for choice in self.choices:
             if choice.values:
                 visitor.bind_choice(choice)
+
+    @classmethod
+    def prepare(cls) -> None:
+        """Compute what takes some time and all visitors share, before the first one comes."""
+
+    @classmethod
+    def begun(cls, state: State) -> State:
+        """The state in which a page opens, which the features before it have begun."""
+        return state
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
@@ -90,11 +99,6 @@ def waiting(snapshot: Snapshot, id: str, tab: Tab) -> Content:
     """Says in an empty place of a tab, an element by its id, which of its jobs its first result
     waits for, or offers to compute it again."""
     return waiting_content(id, lacking(snapshot, tab.waits_for))
-
-
-def told_elsewhere(snapshot: Snapshot) -> JobStatus | None:
-    """The job that the open tab says it waits for."""
-    return lacking(snapshot, tabs()[write_tab(snapshot.state.tab)].waits_for)
 
 
 def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:

@@ -13,10 +13,11 @@ from dataclasses import replace
 from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.lessons import first_state, prepare
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -50,12 +51,15 @@ class FrameLoop:
     a frame may, so charts wait until the beam rests.
     """
 
-    def __init__(self, server: ViserServer, scene: Scene, access: Access):
-        self.server, self.opening, self.access = server, scene, access
+    def __init__(
+        self, server: ViserServer, scene: Scene, access: Access, features: tuple[type[Feature], ...]
+    ):
+        self.server, self.opening, self.access, self.features = server, scene, access, features
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
-        self.opener.submit(prepare)  # before the first session, which shows the cards of lessons
+        for kind in features:  # before the first session
+            self.opener.submit(kind.prepare)
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
@@ -91,9 +95,12 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(first_state(self.first_scene()), following=follows)
-        presenter = self.presented if follows else None
-        return Session(Visitor(client, state, self.workers, self.resume, presenter, presents))
+        state = State.of(self.first_scene())
+        for kind in self.features:
+            state = kind.begun(state)
+        state, presenter = replace(state, following=follows), self.presented if follows else None
+        visitor = Visitor(client, state, self.workers, self.resume, presenter, presents)
+        return Session(visitor, self.features)
 
     def first_scene(self) -> Scene:
         """The scene of a new visitor; in a notebook, where they are one person, that of the last

@@ -12,9 +12,10 @@ A move of a slider becomes a picture at these stations:
 7. `Session.tick`: page and scene show the snapshot; what differs from what was sent is sent.
 """
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from viser import CameraHandle
@@ -23,14 +24,15 @@ from beamviz.drawing.camera import place
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.clock import Clock
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.feature import Feature
-from beamviz.explorer.features import FEATURES
 from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, with_second
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
+F = TypeVar("F", bound=Feature)
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 REST = 0.25  # [s] since the last edit of a beam, before a busy server computes its charts
 
@@ -44,10 +46,11 @@ class Session:
     page needs of the jobs is left to a later frame.
     """
 
-    def __init__(self, visitor: Visitor):
+    def __init__(self, visitor: Visitor, features: Iterable[type[Feature]]):
         self.visitor = visitor
         self.last_tick = self.last_shown = self.last_edit = 0.0
-        self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
+        visitor.tabs = tabs(features)
+        self.features = [kind(visitor) for kind in features]
         self.postponed = False
         self.view = SceneView(ViserScene(visitor.client.scene), visitor.client.camera)
         for feature in self.features:
@@ -56,6 +59,10 @@ class Session:
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
         visitor.page.send(True, "ready")  # all actions have handlers
+
+    def feature(self, kind: type[F]) -> F:
+        """The feature of a kind."""
+        return next(feature for feature in self.features if isinstance(feature, kind))
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Take over where the visitor has turned the view to, and draw again, as the picture has

@@ -21,7 +21,8 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
-from beamviz.explorer.feature import Feature, cancelled, fading, progress, told_elsewhere
+from beamviz.explorer.declarations import FIRST_TAB, Tab
+from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progress
 from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
 from beamviz.explorer.page import Content
@@ -60,7 +61,7 @@ class AnswerPanel(Feature):
             | scene_content(snapshot.picture, snapshot.answer)
             | pace_content(snapshot)
             | self.caption_content(snapshot)
-            | page.html("work", work(snapshot))
+            | page.html("work", work(snapshot, self.visitor.tabs[snapshot.state.tab]))
             | fading(snapshot, [], *faded)
         )
 
@@ -133,12 +134,12 @@ def pace_content(snapshot: Snapshot) -> Content:
     return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
-def work(snapshot: Snapshot) -> str:
+def work(snapshot: Snapshot, tab: Tab) -> str:
     """The jobs that have been running for long, with a button that cancels them, but for one that
-    the open tab tells of; or else those cancelled, with one that restarts them."""
+    the open tab waits for and tells of; or else those cancelled, with one that restarts them."""
     jobs = snapshot.jobs.values()
     if any(job.slow for job in jobs):
-        told = told_elsewhere(snapshot)
+        told = lacking(snapshot, tab.waits_for)
         if slow := [job for job in jobs if job.slow and job is not told]:
             return progress(slow)
     return cancelled(jobs)
@@ -181,7 +182,9 @@ def dragged(state: State) -> str:
     if state.tab == MotionTab.tab.key and can_move(state):
         return "the beam aside, and let it go"
     speed = (
-        "the line of the speed in the chart below" if not state.tab else "the slider of the speed"
+        "the line of the speed in the chart below"
+        if state.tab == FIRST_TAB
+        else "the slider of the speed"
     )
     return f"the mass along the beam, or {speed}" if has_mass(state.case) else speed
 

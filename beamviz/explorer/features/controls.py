@@ -9,7 +9,6 @@ from typing import Any
 from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
-from beamviz.explorer.declarations import tab_named, tabs
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -179,7 +178,7 @@ class Controls(Feature):
         content = Content()
         for key, shown in self.visitor.controls.items():
             content |= page.value(key, shown(state))
-        return content | {("open",): state.tab or next(iter(tabs())), ("dark",): state.view.dark}
+        return content | {("open",): state.tab, ("dark",): state.view.dark}
 
     def edit(self, name: str, value: Any) -> None:
         """Set a number of the beam, as displayed."""
@@ -203,8 +202,8 @@ class Controls(Feature):
 
     def open_tab(self, tab: Any) -> None:
         """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
-        if tab in tabs():
-            self.visitor.update(lambda state: replace(state, tab=tab_named(tab)))
+        if tab in self.visitor.tabs:
+            self.visitor.update(lambda state: replace(state, tab=tab))
 
 
 PRESENTING = '<span class="soft">You present: the others see this page.</span>'

@@ -22,12 +22,12 @@ from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.declarations import Choice, Tab, name_key
 from beamviz.explorer.feature import Feature
-from beamviz.explorer.features.links import within_limits
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import within_limits
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.chart_files import export_chart

@@ -19,7 +19,7 @@ from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import lines_of
-from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
+from beamviz.explorer.declarations import FIRST_TAB, Choice, Tab, count_key
 from beamviz.explorer.experiment import motion_of
 from beamviz.explorer.feature import Feature, fading
 from beamviz.explorer.jobs import Answer
@@ -82,6 +82,19 @@ class Lessons(Feature):
         self.page.on("met", self.keep_met, str)
         for one in LESSONS:
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
+
+    @classmethod
+    def prepare(cls) -> None:
+        """Compute the pictures of the cards and the rates of the clock, which are stored."""
+        for name in NAMES:
+            sketch(name)
+            lesson_rate(name)
+
+    @classmethod
+    def begun(cls, state: State) -> State:
+        """On the scene of a lesson, that begins."""
+        found = (begun(state, one) for one in LESSONS if one.scene == state.opened)
+        return next(found, state)
 
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave all; an unknown name changes nothing."""
@@ -193,19 +206,12 @@ def facts_in(answer: Answer[str, Facts] | None, name: str) -> Facts | None:
     return facts if facts and facts.lesson == name else None
 
 
-def first_state(scene: Scene) -> State:
-    """The state in which a page opens on a scene; that of a lesson begins it."""
-    state = State.of(scene)
-    found = (begun(state, one) for one in LESSONS if one.scene == scene)
-    return next(found, state)
-
-
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     """At the first step of a lesson, with its own scene or another one, the tab that it names, and
     the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
-    tab = tab_named(named[0]) if named else ""
+    tab = named[0] if named else FIRST_TAB
     own: dict[str, Any] = {"lesson": lesson.name, "tab": tab, "rate": lesson_rate(lesson.name)}
     own |= {"before_lesson": state.outside, **motion_of(lesson)}
     return replace(state.loaded(scene).ended("lesson"), **own)
@@ -307,14 +313,6 @@ def frequencies_html(solution: Solution) -> str:
 
 
 # Texts
-
-
-def prepare() -> None:
-    """Compute the pictures of the cards and the rates of the clock, which are stored; this takes
-    some time."""
-    for name in NAMES:
-        sketch(name)
-        lesson_rate(name)
 
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:
