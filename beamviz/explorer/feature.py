@@ -2,7 +2,8 @@
 
 A feature is one file in `features`. It declares its tab and its choices, binds its other controls
 and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot, and
-`content` what the page shows. Nothing else keeps a list of features, of tabs or of charts.
+`content` what the page shows. It is an entry of FEATURES
+(`features/__init__.py`); nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Collection, Iterable, Mapping
