@@ -125,28 +125,40 @@ class Beam:
     lengths in L, times in T* = sqrt(rho A L^4 / (E I)). Of a beam that is not uniform rho A, E I
     and E A are those of its root section.
 
+    alpha: mass ratio m / (rho A L)
+    beta: mass location d / L
+    gamma: speed Omega T*
+    delta: hub radius a / L; negative: the beam points inward
+    mu: slenderness sqrt(A L^2 / I)
+    units: of a beam given in SI
+    spin_up: lambda = T*^2 dOmega/dt of a beam whose speed changes
+    blade: properties along the span
+    masses: more bodies
+    root: stiffness [E I / L] of a rotational spring at the root: 0 for a hinge, infinite for a
+        clamp
+    flap: of a uniform beam: stiffness for bending out of the plane of rotation over E I, that in
+        it; a blade has its own
+    pitch: angle [deg] by which the section at the root is turned about the beam, from the plane of
+        rotation towards its axis; a turned section needs plane="both"
+    twist: angle [deg] of the tip beyond the root, in proportion to x between them
+
     Raises InvalidInput (a ValueError) that names the number, its value and its limits, or for a
     mistyped keyword the nearest.
     """
 
-    alpha: float = 0.0  # mass ratio m / (rho A L)
-    beta: float = 1.0  # mass location d / L
-    gamma: float = 0.0  # speed Omega T*
-    delta: float = 0.0  # hub radius a / L; negative: the beam points inward
-    mu: float = 70.0  # slenderness sqrt(A L^2 / I)
-    units: Units | None = None  # of a beam given in SI
-    spin_up: float = 0.0  # lambda = T*^2 dOmega/dt of a beam whose speed changes
-    blade: Blade | None = None  # properties along the span
-    masses: tuple[Mass, ...] = ()  # more bodies
-    # Stiffness [E I / L] of a rotational spring at the root: 0 for a hinge, infinite for a clamp.
+    alpha: float = 0.0
+    beta: float = 1.0
+    gamma: float = 0.0
+    delta: float = 0.0
+    mu: float = 70.0
+    units: Units | None = None
+    spin_up: float = 0.0
+    blade: Blade | None = None
+    masses: tuple[Mass, ...] = ()
     root: float = math.inf
-    # Of a uniform beam the stiffness for bending out of the plane of rotation over that in it, E I;
-    # a blade has its own.
     flap: float = 1.0
-    # Angle [deg] by which the section at the root is turned about the beam, from the plane of
-    # rotation towards its axis. A turned section needs plane="both".
     pitch: float = 0.0
-    twist: float = 0.0  # that of the tip beyond the root [deg], in proportion to x between them
+    twist: float = 0.0
 
     def __new__(cls, *_: Any, **numbers: Any) -> Self:
         for name in numbers.keys() - cls.__dataclass_fields__.keys():

@@ -32,13 +32,18 @@ SAMPLES = 33  # of a segment, at which a polynomial has to be above 0
 
 @dataclass(frozen=True)
 class Mass:
-    """A body on the beam; rho A is that of the root section. Raises InvalidInput that names the
-    number, its value and its limits."""
+    """A body on the beam; rho A is that of the root section.
 
-    alpha: float  # mass m / (rho A L)
-    beta: float  # position d / L
-    # Principal moments of inertia (Jx, Jy, Jz) over rho A L^3, about the axes along the beam,
-    # across it in the plane of rotation, and parallel to the axis of rotation.
+    alpha: mass m / (rho A L)
+    beta: position d / L
+    inertia: principal moments of inertia (Jx, Jy, Jz) over rho A L^3, about the axes along the
+        beam, across it in the plane of rotation, and parallel to the axis of rotation
+
+    Raises InvalidInput that names the number, its value and its limits.
+    """
+
+    alpha: float
+    beta: float
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -95,20 +100,27 @@ class Segment(NamedTuple):
 class Blade:
     """Properties along the span, relative to the root section, where each of them but flap is 1.
 
+    x: stations from 0 to 1, ascending; a station named twice is a jump
+    mass: mass of a unit of length
+    bending: bending stiffness in the plane of rotation
+    axial: axial stiffness
+    flap: bending stiffness out of that plane, over `bending` at the root; None where it is
+        `bending`
+    degree: between two stations a property is linear; with a higher degree it is a polynomial
+        through degree + 1 successive stations: 0 .. degree are a segment, degree .. 2 degree the
+        next
+    twist: angle [deg] by which a section is turned about the axis of the beam, from the plane of
+        rotation towards the axis of rotation, beyond the pitch of the root; None without a twist
+
     Raises InvalidInput that names the property, its value and its limits.
     """
 
-    x: tuple[float, ...]  # stations from 0 to 1, ascending; a station named twice is a jump
-    mass: tuple[float, ...]  # mass of a unit of length
-    bending: tuple[float, ...]  # bending stiffness in the plane of rotation
-    axial: tuple[float, ...]  # axial stiffness
-    # Bending stiffness out of that plane, over `bending` at the root; None where it is `bending`.
+    x: tuple[float, ...]
+    mass: tuple[float, ...]
+    bending: tuple[float, ...]
+    axial: tuple[float, ...]
     flap: tuple[float, ...] | None = None
-    # Between two stations a property is linear. With a higher degree it is a polynomial through
-    # degree + 1 successive stations: 0 .. degree are a segment, degree .. 2 degree the next.
     degree: int = 1
-    # Angle [deg] by which a section is turned about the axis of the beam, from the plane of
-    # rotation towards the axis of rotation, beyond the pitch of the root; None without a twist.
     twist: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ import _script
 import msgspec.inspect as types
 from msgspec import Struct
 
-from beamviz.explorer.features import FEATURES
+from beamviz.explorer.links import PAGE
 from beamviz.explorer.page import messages
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
@@ -69,7 +69,7 @@ def actions() -> dict[str, Any]:
     """The types of the values of all actions by their names, as a visitor's features declare them;
     the visitor may follow a presenter, has no browser, and nothing is solved."""
     visitor = Visitor(MagicMock(), State.of(START), MagicMock(), MagicMock(), MagicMock())
-    for kind in FEATURES:
+    for kind in PAGE:
         kind(visitor)
     return {name: one.takes for name, one in sorted(visitor.page.actions.items())}
 

@@ -3,10 +3,11 @@
     python3 scripts/test.py [--all] [options of pytest]
 
 Makes the environment if needed and finds or installs a browser for the tests of the page. Tests
-run in parallel, and types are checked meanwhile. `--all` adds the tests marked `slow`. The exit
-code is 0 only if every check passed. With CI set in the environment a missing browser is a
-failure too, unless BEAMVIZ_BROWSER=none asks for none. The types of the page need Node: where it
-is missing and cannot be installed, the last line says that they were not checked.
+run in parallel, and types are checked meanwhile. `--all` adds the tests marked `slow`, one of which
+needs Firefox, and is skipped where that is missing and cannot be installed. The exit code is 0 only
+if every check passed. With CI set in the environment a missing browser is a failure too, unless
+BEAMVIZ_BROWSER=none asks for none. The types of the page need Node: where it is missing and cannot
+be installed, the last line says that they were not checked.
 """
 
 import os
@@ -22,6 +23,7 @@ from _environment import ROOT, ensure, run, run_quietly, say
 
 sys.path.insert(0, str(ROOT / "tests"))
 from live.chromium import find_browser  # type: ignore[import-not-found]
+from live.firefox_path import find_firefox  # type: ignore[import-not-found]
 
 WORKERS = min(4, (os.cpu_count() or 2) + 1)  # some wait for a server or the browser
 CHECKS = {  # in this order; the types are checked in the background until the tests are done
@@ -48,6 +50,8 @@ def main(options: list[str]) -> int:
     python = ensure("test")
     fetch_node()
     browser = find_or_fetch(python)
+    if browser and "--all" in options:
+        fetch_firefox()
     say(f"browser: {browser}" if browser else "no browser: the tests of the page are skipped")
     required = os.environ.get("CI") and os.environ.get("BEAMVIZ_BROWSER") != "none"
     failed = ["browser"] if required and not browser else []
@@ -148,6 +152,13 @@ def fetch_node() -> None:
     if not (shutil.which("tsc") or shutil.which("npx")):
         say("neither tsc nor npx found: trying Debian's Node")
         install_from_debian("nodejs", "npm")
+
+
+def fetch_firefox() -> None:
+    """Install Firefox, in which a slow test does the main jobs of the page, where it is missing."""
+    if not find_firefox():
+        say("no Firefox found: trying Debian's")
+        install_from_debian("firefox-esr")
 
 
 def from_playwright(python: Path) -> str | None:

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
+from beamviz.explorer.features import FEATURES
+
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
     ("errors", "signals", "files", "version", "installation"),
@@ -68,10 +70,8 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that
     },
     "evidence": {"solver.bent"},  # other stable states
 }
-WHOLE_FOLDERS = {"explorer.features"}  # packages that import each of their modules
 BY_NAME = {  # modules that import by a name, which is not seen unless it is a whole one
     "beamviz",  # its public names on first use
-    *WHOLE_FOLDERS,
     *("evidence.benchmark.external", "evidence.benchmark.exudyn_motion"),  # other programs
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}
@@ -166,8 +166,6 @@ def test_no_circle_of_imports():
     for each in all_imports():
         if each.target in MODULES and each.target != each.module and not each.is_late:
             graph[each.module].add(each.target)
-    for folder in WHOLE_FOLDERS:
-        graph[folder] |= {name for name in MODULES if name.startswith(f"{folder}.")}
     TopologicalSorter(graph).prepare()  # raises CycleError, which lists the circle
 
 
@@ -276,3 +274,20 @@ def test_no_submodule_has_the_name_of_a_public_function():
     assert all(hasattr(beamviz, name) for name in beamviz.__all__)
     assert not set(beamviz.__all__) & set(MODULES)
     assert not hasattr(beamviz, "nothing_of_that_name")
+
+
+CORE = ("session", "frame_loop", "view", "state", "snapshot", "visitor", "feature")
+
+
+@pytest.mark.parametrize("name", CORE)
+def test_the_core_of_the_page_imports_no_feature(name):
+    module = f"explorer.{name}"
+    targets = {one.target for one in imports(module, MODULES[module].read_text())}
+    assert not {one for one in targets if one.startswith("explorer.features")}
+
+
+def test_each_feature_of_the_page_is_in_its_tuple():
+    """A file of `explorer.features` that is forgotten would never be shown."""
+    listed = {kind.__module__ for kind in FEATURES}
+    written = {f"beamviz.{name}" for name in MODULES if name.startswith("explorer.features.")}
+    assert listed == written

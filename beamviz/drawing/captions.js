@@ -68,7 +68,7 @@ const beamvizCaptions = (() => {
       const colour = getComputedStyle(/** @type {HTMLElement} */ (layer.parentElement));
       context.fillStyle = colour.backgroundColor;
       context.fillRect(0, 0, width, height);
-      context.drawImage(canvas, 0, 0);
+      context.drawImage(beamvizPlainScene.canvas() ?? canvas, 0, 0, width, height);
       context.scale(width / box.width, height / box.height);
       context.translate(-box.left, -box.top);
       context.textAlign = "center";

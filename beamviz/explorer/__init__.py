@@ -15,7 +15,10 @@ from typing import Any
 
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.explorer import links
 from beamviz.explorer.declarations import tabs
+from beamviz.explorer.feature import first_state
+from beamviz.explorer.first_picture import first_picture
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene
@@ -142,17 +145,25 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
 @contextmanager
 def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
     """A running explorer: the URL for visitors, and its frame loop."""
-    contents = {key: (tab.name, tab.content) for key, tab in tabs().items()}
-    with run_server(access, partial(insert_page, tabs=contents)) as server:
+    contents = {key: (tab.name, tab.content) for key, tab in tabs(links.PAGE).items()}
+    insert = partial(insert_page, tabs=contents, first_picture=opening_picture(scene, access))
+    with run_server(access, insert) as server:
         access = replace(access, port=server.get_port())
         self_test(server, access)
         choose_theme(server, dark=scene.view.dark)
         place(server.initial_camera, initial(scene))
-        frame_loop = FrameLoop(server, scene, access)
+        frame_loop = FrameLoop(server, scene, access, links.PAGE)
         try:
             yield access.url, frame_loop
         finally:
             frame_loop.stop()
+
+
+def opening_picture(scene: Scene, access: Access) -> str:
+    """The first picture of pages, of no scene in particular where they may open on another one
+    (that of a presenter, or a later one of a notebook) or on a motion of a lesson."""
+    is_known = not (access.presenter_key or access.framed or first_state(scene, links.PAGE).lesson)
+    return first_picture(scene if is_known else None)
 
 
 def wait_for_signal() -> None:

@@ -252,27 +252,14 @@ class PullRequest(NamedTuple):
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
 
 
-def film_reads(inputs: Inputs) -> tuple[Any, ...]:
-    """The beam as it was held last since it was taken, and the last motion if the scene shows
-    that."""
+def film_of(inputs: Inputs) -> Film | None:
+    """What the scene plays instead of modes: the beam as it was held last since it was taken, or
+    the last motion if the scene shows that."""
     state, held = inputs.state, inputs.job_answer(PULL_JOB)
-    held = held if held and held.request.is_of(state) else None
-    return held, (answer_of(inputs) if state.in_motion else None)
-
-
-def film_of(
-    held: Answer[PullRequest, PulledBeam] | None, answer: Answer[MotionRequest, Computed] | None
-) -> Film | None:
-    """What the scene plays instead of modes."""
-    if held and held.result:
+    if held and held.result and held.request.is_of(state):
         beam = held.request.beam
         x = stations(beam.beta if beam.alpha else 1.0)
         shapes = HeldShapes(beam, x, held.result.position(x))
         return Film(beam, shapes, None, 1.0, lambda _: True)
+    answer = answer_of(inputs) if state.in_motion else None
     return answer.result.film if answer and answer.result else None
-
-
-def played_reads(inputs: Inputs, film: Film, moment: float) -> tuple[Any, ...]:
-    """What the picture of a motion at a moment [T*] depends on, besides the picture without it."""
-    diverged = film.diverged is not None and moment >= film.diverged
-    return inputs.state.view, inputs.scale, film.has_body(moment), diverged

@@ -4,7 +4,7 @@ A `Choice` says all that undo, links and controls know of a choice. One that sev
 page share is a field of `State` (see `choice`); one of a feature is an entry of its `choices`.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Generic, Literal, NamedTuple, TypeVar
 
@@ -13,6 +13,7 @@ from beamviz.scene import check_bool
 
 T = TypeVar("T")
 Undo = Literal["changes", "keeps", "ends"]
+FIRST_TAB = "frequencies"  # key of the tab that is open at first
 SWITCH = (False, True)  # the values of a choice that is on or off
 
 
@@ -112,18 +113,7 @@ class Declared:
     choices: ClassVar[tuple[Choice[Any], ...]] = ()
 
 
-def features() -> Iterator[type[Declared]]:
-    """The features: the classes that extend `Feature`, which extends `Declared`."""
-    for base in Declared.__subclasses__():
-        yield from base.__subclasses__()
-
-
-def tabs() -> dict[str, Tab]:
-    """The tabs of all features by key, in their order."""
-    declared = (kind.tab for kind in features() if kind.tab)
+def tabs(features: Iterable[type[Declared]]) -> dict[str, Tab]:
+    """The tabs of features by key, in their order."""
+    declared = (kind.tab for kind in features if kind.tab)
     return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
-
-
-def tab_named(key: str) -> str:
-    """The tab of a key as the state has it: "" for the first."""
-    return "" if key == next(iter(tabs())) else key

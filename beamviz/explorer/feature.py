@@ -1,40 +1,23 @@
 """What a feature is: a part of the page that is a function of a snapshot.
 
 A feature is one file in `features`. It declares its tab and its choices, binds its other controls
-and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot; its
-parts say what the page shows. Nothing else keeps a list of features, of tabs or of charts.
+and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot, and
+`content` what the page shows. Nothing else keeps a list of features, of tabs or of charts.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from functools import partial
-from typing import Any, NamedTuple
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared, Tab, tabs
+from beamviz.explorer.declarations import Declared, Tab
 from beamviz.explorer.jobs import JobStatus, percentage
-from beamviz.explorer.page import Content, faded, names
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.page import Content, faded
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import write_tab
+from beamviz.explorer.state import State
+from beamviz.explorer.view import Picture, SceneView
 from beamviz.explorer.visitor import Visitor
-
-
-class Part(NamedTuple):
-    """A part of the page: a function of its readings of a snapshot. The function is called again
-    when one of the readings is another object, or, of the types PLAIN, has another value."""
-
-    reads: Callable[[Snapshot], tuple[Any, ...]]  # the readings: all that the part depends on
-    shows: Callable[..., Content]  # the contents of the page for the readings
-    ids: Collection[str]  # of its elements, and the keys of its controls
-
-    def content(self, *reading: Any) -> Content:
-        """The contents of the page for what was read. They name all elements of the part, also
-        those that show nothing: what is not named would go on to show an earlier snapshot. Raises
-        ValueError where one is missing."""
-        content = self.shows(*reading)
-        if missing := {*self.ids} - names(content):
-            raise ValueError(f"{self.shows} says nothing of {', '.join(sorted(missing))}")
-        return content
+from beamviz.scene import Scene
 
 
 class Feature(Declared):
@@ -46,6 +29,15 @@ class Feature(Declared):
             if choice.values:
                 visitor.bind_choice(choice)
 
+    @classmethod
+    def prepare(cls) -> None:
+        """Compute what takes some time and all visitors share, before the first one comes."""
+
+    @classmethod
+    def begun(cls, state: State) -> State:
+        """The state in which a page opens, which the features before it have begun."""
+        return state
+
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
         one before: the next frame shows the edit."""
@@ -56,16 +48,34 @@ class Feature(Declared):
         not named goes on with its latest request."""
         return {}
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        """The parts of the page."""
-        return ()
+    def picture(self, inputs: Inputs, picture: Picture) -> Picture:
+        """What the scene shows: that of the features before it, or another picture."""
+        return picture
+
+    def add_to(self, view: SceneView) -> None:
+        """Add objects to the scene of the visitor who comes, and take what is dragged there."""
+
+    def move(self, snapshot: Snapshot) -> None:
+        """Move these objects to a moment of a snapshot, whose beam is drawn."""
+
+    def content(self, snapshot: Snapshot) -> Content:
+        """What the page shows of a snapshot. It names all elements of the feature, also those that
+        show nothing: what is not named goes on to show an earlier snapshot."""
+        return {}
 
 
-def fading(jobs: Collection[str], *ids: str) -> Part:
-    """The part that marks elements, by their ids, while they show what is not that of the numbers
-    beside them: one of these jobs, or that of the modes, has not answered its latest request."""
-    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids), ids)
+def first_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
+    """The state in which a page with these features opens on a scene."""
+    state = State.of(scene)
+    for kind in features:
+        state = kind.begun(state)
+    return state
+
+
+def fading(snapshot: Snapshot, jobs: Collection[str], *ids: str) -> Content:
+    """Marks elements, by their ids, while they show what is not that of the numbers beside them:
+    one of these jobs, or that of the modes, has not answered its latest request."""
+    return faded(snapshot.lateness(SOLUTION, *jobs), *ids)
 
 
 RETRY = page.button("Compute again", data_do="retry_jobs")
@@ -94,15 +104,10 @@ def cancelled(jobs: Iterable[JobStatus]) -> str:
     return text + ("" if all(job.led for job in stopped) else RETRY)
 
 
-def waiting(id: str, tab: Tab) -> Part:
-    """The part that says in an empty place of a tab, an element by its id, which of its jobs its
-    first result waits for, or offers to compute it again."""
-    return Part(lambda s: (lacking(s, tab.waits_for),), partial(waiting_content, id), (id,))
-
-
-def told_elsewhere(snapshot: Snapshot) -> JobStatus | None:
-    """The job that the open tab says it waits for."""
-    return lacking(snapshot, tabs()[write_tab(snapshot.state.tab)].waits_for)
+def waiting(snapshot: Snapshot, id: str, tab: Tab) -> Content:
+    """Says in an empty place of a tab, an element by its id, which of its jobs its first result
+    waits for, or offers to compute it again."""
+    return waiting_content(id, lacking(snapshot, tab.waits_for))
 
 
 def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:
@@ -117,42 +122,3 @@ def waiting_content(id: str, job: JobStatus | None) -> Content:
     if job.late:
         return page.html(id, progress([job]))
     return page.html(id, cancelled([job]) if job.led else RETRY)
-
-
-PLAIN = (str, int, float, bool, tuple, frozenset, type(None))
-
-
-def same(before: tuple[Any, ...] | None, after: tuple[Any, ...]) -> bool:
-    """Whether two readings of a part are the same."""
-    if before is None or len(before) != len(after):
-        return False
-    for a, b in zip(before, after, strict=True):
-        if a is not b and not (isinstance(a, PLAIN) and a == b):
-            return False
-    return True
-
-
-class Memo:
-    """The last value of a function and what it was computed from."""
-
-    def __init__(self) -> None:
-        self.reading: tuple[Any, ...] | None = None
-        self.value: Any = None
-
-    def __call__(self, function: Callable[..., Any], *reading: Any) -> Any:
-        """`function(*reading)`, computed again only for another reading."""
-        if not same(self.reading, reading):
-            self.value, self.reading = function(*reading), reading
-        return self.value
-
-
-class Shown:
-    """The reading that a part of the page or of the scene was shown for last."""
-
-    def __init__(self) -> None:
-        self.reading: tuple[Any, ...] | None = None
-
-    def differs_from(self, *reading: Any) -> bool:
-        """Whether the last reading differs from this one, which becomes the last."""
-        before, self.reading = self.reading, reading
-        return not same(before, reading)

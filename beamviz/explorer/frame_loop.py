@@ -13,7 +13,7 @@ from dataclasses import replace
 from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.lessons import first_state, prepare
+from beamviz.explorer.feature import Feature, first_state
 from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
@@ -50,12 +50,15 @@ class FrameLoop:
     a frame may, so charts wait until the beam rests.
     """
 
-    def __init__(self, server: ViserServer, scene: Scene, access: Access):
-        self.server, self.opening, self.access = server, scene, access
+    def __init__(
+        self, server: ViserServer, scene: Scene, access: Access, features: tuple[type[Feature], ...]
+    ):
+        self.server, self.opening, self.access, self.features = server, scene, access, features
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
-        self.opener.submit(prepare)  # before the first session, which shows the cards of lessons
+        for kind in features:  # before the first session
+            self.opener.submit(kind.prepare)
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
@@ -91,9 +94,10 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(first_state(self.first_scene()), following=follows)
+        state = replace(first_state(self.first_scene(), self.features), following=follows)
         presenter = self.presented if follows else None
-        return Session(Visitor(client, state, self.workers, self.resume, presenter, presents))
+        visitor = Visitor(client, state, self.workers, self.resume, presenter, presents)
+        return Session(visitor, self.features)
 
     def first_scene(self) -> Scene:
         """The scene of a new visitor; in a notebook, where they are one person, that of the last

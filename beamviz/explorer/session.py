@@ -9,63 +9,60 @@ A move of a slider becomes a picture at these stations:
 5. `Job.perform`: the case is solved, and its shapes are sampled: in the frame where that is quick,
    else by a worker thread;
 6. `Visitor.next_inputs`: state, answers and clock of this frame, whose snapshot is taken;
-7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
+7. `Session.tick`: page and scene show the snapshot; what differs from what was sent is sent.
 """
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from viser import CameraHandle
 
 from beamviz.drawing.camera import place
 from beamviz.errors import InvalidInput
-from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
-from beamviz.explorer.feature import Feature, Memo, Shown
-from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.run_up import response_drawn, response_reads
+from beamviz.explorer.declarations import tabs
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.jobs import PENDING
-from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Inputs, Snapshot
-from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
+from beamviz.explorer.view import SceneView, fitted_clock, picture_of, with_second
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
+F = TypeVar("F", bound=Feature)
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 REST = 0.25  # [s] since the last edit of a beam, before a busy server computes its charts
 
 
 class Session:
     """The page and the scene of one visitor. Callbacks change their state; `tick`, for the frame
-    loop, shows it.
+    loop, shows it: nothing is remembered of earlier snapshots but what the browser was sent.
 
     snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
-    that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture
-    are computed again, and those of page and scene shown again, only where what they read of a
-    snapshot differs from the last reading (`Memo`, `Shown`). postponed: what the page needs of the
-    jobs is left to a later frame.
+    that took a snapshot; last_edit: that of the last one with another beam; postponed: what the
+    page needs of the jobs is left to a later frame.
     """
 
-    def __init__(self, visitor: Visitor):
+    def __init__(self, visitor: Visitor, features: Iterable[type[Feature]]):
         self.visitor = visitor
         self.last_tick = self.last_shown = self.last_edit = 0.0
-        self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
-        self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
-        self.responses, self.pictures, self.films = Memo(), Memo(), Memo()
-        self.played, self.viewpoints = Memo(), Memo()
-        self.scene_shown, self.page_shown, self.requested = Shown(), Shown(), Shown()
+        visitor.tabs = tabs(features)
+        self.features = [kind(visitor) for kind in features]
         self.postponed = False
-        self.view = view = SceneView(ViserScene(visitor.client.scene))
-        self.mass_drag = drag = MassDrag(visitor, view.beam)
-        self.beam_pull = BeamPull(visitor, view.scene.scene, view.beam, drag.line_of_sight)
+        self.view = SceneView(ViserScene(visitor.client.scene), visitor.client.camera)
+        for feature in self.features:
+            feature.add_to(self.view)
         self.snapshot = self.with_picture(visitor.next_inputs())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
         visitor.page.send(True, "ready")  # all actions have handlers
+
+    def feature(self, kind: type[F]) -> F:
+        """The feature of a kind."""
+        return next(feature for feature in self.features if isinstance(feature, kind))
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Take over where the visitor has turned the view to, and draw again, as the picture has
@@ -87,15 +84,13 @@ class Session:
     def with_picture(self, inputs: Inputs) -> Snapshot:
         """The snapshot of a visitor's inputs: with what the scene shows of them, and the moment of
         that."""
-        response = self.responses(response_drawn, *response_reads(inputs))
-        picture = self.pictures(picture_of, *picture_reads(inputs, response))
-        film = self.films(film_of, *film_reads(inputs))
-        clock = inputs.clock
+        state, clock = inputs.state, inputs.clock
+        picture = picture_of(inputs.answer or state.case, state.view, inputs.scale)
+        for feature in self.features:
+            picture = feature.picture(inputs, picture)
+        picture = with_second(picture, state, inputs.second, inputs.comparison)
         if not inputs.is_led:
-            clock = clock.with_film(film, inputs.state.moment)
-        if film:
-            reads = played_reads(inputs, film, clock.moment)
-            picture = self.played(with_film, picture, film, *reads)
+            clock = clock.with_film(picture.film, picture.moment)
         return Snapshot.of(replace(inputs, clock=fitted_clock(clock, picture)), picture)
 
     @property
@@ -128,17 +123,13 @@ class Session:
         self.snapshot = snapshot = self.with_picture(inputs)
         for feature in self.features:
             feature.react(snapshot, elapsed)
-        self.mass_drag.react(snapshot)
-        self.beam_pull.react(snapshot)
         with visitor.client.atomic():
             self.show_scene(snapshot)
             if snapshot.state.case is not before.state.case:
                 self.last_edit = now
             self.postponed = postpones and now < self.last_edit + REST
-            if self.page_shown.differs_from(*snapshot.reading):
-                self.show_page(snapshot)
-            needed = self.postponed, *snapshot.reading
-            if not snapshot.is_led and self.requested.differs_from(*needed):
+            self.show_page(snapshot)
+            if not snapshot.is_led:
                 self.request(snapshot)
             visitor.page.show_again()
         visitor.client.flush()
@@ -170,12 +161,10 @@ class Session:
         return clock.advanced(time, picture.modes, second)
 
     def show_page(self, snapshot: Snapshot) -> None:
-        """Show the parts whose readings have changed."""
+        """Show what the features have to say."""
         page = self.visitor.page
-        for part, shown in self.parts:
-            reading = part.reads(snapshot)
-            if shown.differs_from(*reading):
-                page.show(part.content(*reading))
+        for feature in self.features:
+            page.show(feature.content(snapshot))
         captions = [caption.data for caption in self.view.captions]
         page.show({("captions",): captions})
 
@@ -201,9 +190,7 @@ class Session:
     def show_scene(self, snapshot: Snapshot) -> None:
         """Draw the picture of a snapshot, and place the camera."""
         picture, clock = snapshot.picture, snapshot.clock
-        moved = np.zeros(3)
-        if self.scene_shown.differs_from(picture):
-            moved = self.view.show(picture)
+        moved = self.view.show(picture)
         if not picture.held:
             clock = replace(clock, transition=self.look(snapshot, moved))
         self.draw(snapshot, clock)
@@ -215,7 +202,8 @@ class Session:
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
-        self.beam_pull.move(snapshot)
+        for feature in self.features:
+            feature.move(snapshot)
 
     def look(self, snapshot: Snapshot, moved: np.ndarray) -> Transition | None:
         """Place the camera for a snapshot. moved: how far the beam's frame was (3,) as the mass was
@@ -223,7 +211,7 @@ class Session:
         camera, state, picture = self.visitor.camera, snapshot.state, snapshot.picture
         frame = state.view.rotating_frame
         shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights), snapshot.covered
-        wanted = state.viewpoint or self.viewpoints(viewpoint, *shapes)
+        wanted = state.viewpoint or viewpoint(*shapes)
         transition, eased = snapshot.clock.transition, not state.still
         if moved.any() and eased:
             transition = camera.followed(moved, wanted, float(frame))

@@ -96,34 +96,17 @@ class Snapshot(Inputs):
         return f"outdated: computing …{percentage(late)}" if late else ""
 
     @property
-    def reading(self) -> tuple[Any, ...]:
-        """Everything but the clock, of which only the moment of a computed motion is read."""
-        return (
-            self.state,
-            self.answer,
-            self.second,
-            self.comparison,
-            self.picture,
-            self.aspect,
-            self.covered,
-            self.undo,
-            self.redo,
-            self.is_led,
-            self.clock.moment if self.film else None,
-            *self.jobs.values(),
-        )
-
-    @property
     def film(self) -> Film | None:
         """The computed motion that the scene plays, if any."""
         return self.picture.film
 
     @property
     def is_moving(self) -> bool:
-        """Whether the clock goes on: there are modes, and neither mass nor beam is in a hand."""
-        view, grip, hold = self.state.view, self.state.grip, self.state.hold
-        plays = (view.playing and view.pace > 0) or self.state.run_speed is not None
-        return plays and self.solved is not None and not (hold or (grip and grip.held))
+        """Whether the clock goes on: there are modes, and nothing is in a hand."""
+        view, plays = self.state.view, self.picture.plays
+        if plays is None:
+            plays = view.playing and view.pace > 0
+        return plays and self.solved is not None
 
     @cached_property
     def rate(self) -> float:

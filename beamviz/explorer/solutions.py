@@ -15,15 +15,30 @@ from beamviz.drawing.text import (
     stretch_caution,
     yield_caution,
 )
-from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium, to_keep
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium, to_keep
 from beamviz.explorer.jobs import Answer, Callback, Computation, Job, Workers
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
+from beamviz.scene import Scene
 from beamviz.solver import Solution, solve
 
 SOLUTION = "solution"  # name of the job
 QUICK = 0.02  # [s] processor time of a solve that is done in the frame
 LONGEST = 0.1  # [s] that it may take there
+
+
+# Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
+PAGE_LIMITS = {"elements": 200, "terms": 100}
+
+
+def within_limits(scene: Scene) -> Scene:
+    """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
+    options = [scene.options, scene.second_scene.options]
+    for name, most in PAGE_LIMITS.items():
+        if (value := max(one.get(name) or 0 for one in options)) > most:
+            limit = f"a page solves with at most {most}; the command line takes more"
+            raise InvalidInput(f"{name} = {value}: {limit}")
+    return scene
 
 
 @dataclass(frozen=True, eq=False)

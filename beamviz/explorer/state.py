@@ -17,9 +17,10 @@ import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
-from beamviz.checks import check_choice, check_float
+from beamviz.checks import check_float
 from beamviz.errors import InvalidInput
 from beamviz.explorer.declarations import (
+    FIRST_TAB,
     SWITCH,
     Choice,
     Key,
@@ -28,8 +29,6 @@ from beamviz.explorer.declarations import (
     name_key,
     number_key,
     switch_key,
-    tab_named,
-    tabs,
     whole_key,
 )
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
@@ -199,14 +198,6 @@ def read_lesson(name: Any) -> str:
     return lesson(str(name)).name
 
 
-def read_tab(key: Any) -> str:
-    return tab_named(check_choice("tab", key, tuple(tabs())))
-
-
-def write_tab(tab: str) -> str:
-    return tab or next(iter(tabs()))
-
-
 def read_rate(rate: Any) -> float | None:
     return None if rate == FOLLOWS else check_float("rate", rate, *RATES)
 
@@ -291,9 +282,10 @@ class State:
 
     # Tabs and lectures
 
-    # The open tab, "" for the first.
-    tab: str = field(default="", metadata=choice(key=Key("tab", read_tab, write_tab), undo="keeps"))
-    # The tab that a presenter had open last; the visitor may have opened another one since.
+    # The open tab; links check whether there is one of this key.
+    tab: str = field(default=FIRST_TAB, metadata=choice(key=Key("tab", str), undo="keeps"))
+    # The tab that a presenter had open last, "" for none; the visitor may have opened another one
+    # since.
     presented_tab: str = field(default="", metadata=KEEPS)
     # A presenter is followed.
     following: bool = field(default=False, metadata=choice(values=SWITCH, undo="ends"))

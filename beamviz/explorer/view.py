@@ -6,9 +6,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from viser import CameraHandle
+from viser.transforms import SO3
 
 from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
@@ -19,8 +21,9 @@ from beamviz.drawing.objects import Caption
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
 from beamviz.explorer.film import Film, time_text
+from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.solutions import SolverAnswer
-from beamviz.explorer.state import NO_COMPARISON, Case, State
+from beamviz.explorer.state import NO_COMPARISON, Case, Ray, State
 from beamviz.scene import ViewOptions
 
 SAME_END = 0.005  # relative difference of colour maps that the digits of a legend do not show
@@ -48,8 +51,10 @@ class Picture:
     partner: np.ndarray | None = None  # for each mode of the second: the first's (-1: none)
     compared: Compared = NOT_COMPARED  # the choices by which there is a second
     stacked: bool = False  # the second is above the first
-    held: bool = False  # the beam's frame stays at its place, as a body is dragged
     film: Film | None = None  # a computed motion that is played instead of modes
+    moment: float | None = None  # [T*] at which that is stopped; None: it plays
+    held: bool = False  # the beam's frame stays at its place, as a body is dragged
+    plays: bool | None = None  # whether the clock goes on; None: as the visitor has chosen
 
     @property
     def driven(self) -> bool:
@@ -104,84 +109,74 @@ class Picture:
         return int(rates.argmax())
 
 
-def picture_of(
-    answer: SolverAnswer | Case,
-    view: ViewOptions,
-    scale: float,
-    second: SolverAnswer | None = None,
-    title: str = "",
-    compared: Compared = NOT_COMPARED,
-    response: DrawnBeam | None = None,
-    force: float = 0.0,
-    held: bool = False,
-) -> Picture:
-    """The picture of an answer, or before the first of a case, and of the answer compared with, of
-    this title. Without an equilibrium the beam is drawn unloaded and grey. scale: [pixels per beam
-    length]; response: to a force of this frequency [1/T*], if that drives the beam; held: a body is
-    in the visitor's hand."""
+def picture_of(answer: SolverAnswer | Case, view: ViewOptions, scale: float) -> Picture:
+    """The picture of an answer, or before the first of a case. Without an equilibrium the beam is
+    drawn unloaded and grey. scale: [pixels per beam length]."""
     if isinstance(answer, Case):
         answer = SolverAnswer(answer)
-    drawn = response or DrawnBeam(answer.shapes, view, scale)
+    drawn = DrawnBeam(answer.shapes, view, scale)
     if answer.result is None:
         drawn = replace(drawn, warning=answer.warning)
-    other = second.result if second and not (second.warning or view.all_modes) else None
-    driven = force if response else None
-    picture = Picture(answer.shapes, drawn, driven, stacked=compared.stacked, held=held)
+    return Picture(answer.shapes, drawn)
+
+
+def with_second(
+    picture: Picture, state: State, second: SolverAnswer | None, comparison: ComparisonCase
+) -> Picture:
+    """A picture with the beam compared with, which swings unless a force drives the first; as it
+    is, where a motion in time is played."""
+    if picture.film or comparison.choice == NO_COMPARISON:
+        return picture
+    compared = Compared(comparison.choice, state.kept, state.stacked)
+    picture = replace(picture, stacked=compared.stacked)
+    other = second.result if second and not (second.warning or state.view.all_modes) else None
     if other is None:
         return picture
-    pair = pair_of(drawn, other, title, stacked=compared.stacked, swings=response is None)
+    pair = pair_of(
+        picture.drawn,
+        other,
+        comparison.title,
+        stacked=compared.stacked,
+        swings=picture.force is None,
+    )
     first, second_drawn, partner = pair
     return replace(picture, drawn=first, second=second_drawn, partner=partner, compared=compared)
 
 
 def with_film(
-    picture: Picture, film: Film, view: ViewOptions, scale: float, has_body: bool, diverged: bool
+    picture: Picture, film: Film, view: ViewOptions, scale: float, moment: float
 ) -> Picture:
-    """A picture in which a computed motion is played, with the one without stiffening overlaid.
-    has_body: the mass is on the beam; diverged: the latter has got no further."""
-    beam = film.beam if has_body else film.beam.replace(alpha=0.0)
+    """A picture in which a computed motion is played, with the one without stiffening overlaid, at
+    a moment [T*]: the mass may be off the beam, and the latter may have got no further."""
+    beam = film.beam if film.has_body(moment) else film.beam.replace(alpha=0.0)
     second = None
     if film.second:
-        end = f": diverged at {time_text(film.diverged, beam.units)}" if diverged else ""
+        end = ""
+        if film.diverged is not None and moment >= film.diverged:
+            end = f": diverged at {time_text(film.diverged, beam.units)}"
         title = f"{UNSTIFFENED}{end}"
         second = drawn(film.second.sampled, film.second.amplitudes, beam, view, scale, title)
-    return replace(
-        picture,
-        drawn=drawn(film.shapes.sampled, film.shapes.amplitudes, beam, view, scale),
-        force=None,
-        second=second,
-        partner=None,
-        compared=NOT_COMPARED,
-        stacked=False,
-        film=film,
-    )
-
-
-def picture_reads(inputs: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
-    """The arguments of `picture_of` for the `Inputs` of a snapshot. response: of the beam to a
-    force, if any."""
-    state: State = inputs.state
-    beam = inputs.beam
-    compared = Compared(inputs.comparison.choice, state.kept, state.stacked)
-    return (
-        inputs.answer or state.case,
-        state.view,
-        inputs.scale,
-        inputs.second,
-        inputs.comparison.title,
-        NOT_COMPARED if compared.comparison == NO_COMPARISON else compared,
-        response,
-        state.force_per_rev * beam.gamma if beam else 0.0,
-        state.grip is not None,
-    )
+    shown = drawn(film.shapes.sampled, film.shapes.amplitudes, beam, view, scale)
+    return replace(picture, drawn=shown, force=None, second=second, film=film)
 
 
 class SceneView:
-    """The objects of the scene. beam: the single one."""
+    """The objects of the scene, seen by a camera. beam: the single one."""
 
-    def __init__(self, scene: DrawnScene):
-        self.scene = BeamScene(scene)
+    def __init__(self, scene: DrawnScene, camera: CameraHandle):
+        self.scene, self.camera = BeamScene(scene), camera
         self.beam = self.scene.view(0)
+
+    @property
+    def graph(self) -> DrawnScene:
+        """The nodes that objects are added to."""
+        return self.scene.scene
+
+    def line_of_sight(self, point: np.ndarray) -> Ray:
+        """The present line of sight through a point (3,) of the scene."""
+        turn_back = SO3(np.array(self.beam.rotor.wxyz)).inverse()
+        eye, middle = np.array(self.camera.position), self.beam.frame.position
+        return turn_back.apply(eye - middle), turn_back.apply(point - middle)
 
     def show(self, picture: Picture) -> np.ndarray:
         """Draw a picture. Returns how far the beam's frame was moved (3,) as it was released."""

@@ -21,7 +21,7 @@ from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.declarations import Choice
+from beamviz.explorer.declarations import Choice, Tab
 from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
@@ -58,7 +58,7 @@ class Visitor:
     snapshot, None while there is none; may_follow, presents: another visitor, or this one, may
     present; solver: the job that solves the case of the state; own_jobs: names of those that
     the visitor begins; shown: the status of each job in the last snapshot; clock: of the scene;
-    controls: what those of each key show.
+    controls: what those of each key show; tabs: of the page, by key.
     """
 
     def __init__(
@@ -79,6 +79,7 @@ class Visitor:
         self.workers = workers
         self.lock = threading.RLock()
         self.camera = PageCamera(client.camera, initial(state.to_scene()))
+        self.tabs: Mapping[str, Tab] = {}
         self.controls: dict[str, ShownValue] = {}
         self.jobs: dict[str, Job] = {}
         self.own_jobs: set[str] = set()

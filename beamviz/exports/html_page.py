@@ -110,8 +110,8 @@ def player(name: str, data: dict[str, Any], kind: type[OfflineScene], script: st
     msgspec.ValidationError if the data have not the declared types."""
     checked = msgspec.convert(plain(data), kind)
     packed = zlib.compress(msgspec.json.encode(checked))
-    shared = "server/viser.js", "drawing/captions.js", "exports/offline_beam.js"
-    code = package_text(*shared, script)
+    scene = "server/webgl.js", "server/viser.js", "drawing/plain_scene.js", "drawing/captions.js"
+    code = package_text(*scene, "exports/offline_beam.js", script)
     return (
         f'<script type="text/plain" id="{name}">{b64encode(packed).decode()}</script>'
         f"<script>{code}</script>"
@@ -122,7 +122,8 @@ def document(recorded: RecordedServer, beam: Beam, inner: str, script: str, *, d
     """The page with the scene recorded, a panel of numbers, and the elements that play it."""
     theme = f":root {{ color-scheme: {'dark' if dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[dark]}; --letters: rgb{colours.LETTERS[dark]}; }}"
-    style = theme + package_text("server/viser.css", "drawing/captions.css", "exports/offline.css")
+    scene = "server/viser.css", "drawing/captions.css", "drawing/plain_scene.css"
+    style = theme + package_text(*scene, "exports/offline.css")
     kind = ' class="dark"' if dark else ""
     aside = f'<aside aria-label="numbers"{kind}>{inner}</aside>'
     elements = f'<style>{style}</style>{ROOT}{aside}<div id="caption-layer"></div>{script}'

@@ -214,5 +214,6 @@ const beamvizOffline = (() => {
     return state;
   }
 
+  beamvizPlainScene.start(byId("caption-layer"));
   return { byId, unpacked, undoSteps, send, update, draw, turn, play, playButton };
 })();

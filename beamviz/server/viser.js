@@ -9,7 +9,7 @@ const beamvizViser = (() => {
    * A vector, a node and a camera of three.js, which viser draws with.
    * @typedef {{ x: number, y: number, clone(): Vector, setFromMatrixPosition(matrix: object): Vector,
    *   project(camera: object): Vector }} Vector
-   * @typedef {{ position: Vector, matrixWorld: object, traverse?(each: (solid: Solid) => void): void }} SceneNode
+   * @typedef {{ position: Vector, matrixWorld: { elements: number[] }, traverse?(each: (solid: Solid) => void): void }} SceneNode
    * @typedef {{ isMesh?: boolean, isInstancedMesh?: boolean, material?: { uniforms?: { thickness?: object } },
    *   raycast?: () => void }} Solid
    *
@@ -20,12 +20,13 @@ const beamvizViser = (() => {
    * @property {() => void} requestRender
    * @property {Record<string, SceneNode | undefined>} nodeRefFromName
    * @property {HTMLCanvasElement} canvas
-   * @property {object} camera
+   * @property {any} scene of three.js
+   * @property {any} camera of three.js
    * @property {{ zoomTo(zoom: number): void }} cameraControl
    */
   const PARTS = { // the types of these
     sendMessage: "function", messageQueue: "object", requestRender: "function",
-    nodeRefFromName: "object", canvas: "object", camera: "object", cameraControl: "object",
+    nodeRefFromName: "object", canvas: "object", scene: "object", camera: "object", cameraControl: "object",
   };
 
   /** @returns {Partial<Viewer>} */
@@ -65,6 +66,13 @@ const beamvizViser = (() => {
   const receive = (message) => viewer().messageQueue?.push(message);
 
   const canvas = () => viewer().canvas ?? null;
+
+  /* The scene of three.js, the node in it that has all of ours, its camera and its canvas. */
+  function world() {
+    const { scene, camera, canvas, nodeRefFromName } = viewer(), root = nodeRefFromName?.[""];
+    return scene && root && camera && canvas ? { scene, root, camera, canvas } : null;
+  }
+
   const render = () => viewer().requestRender?.();
 
   /** @param {number} zoom relative to the camera of the scene */
@@ -153,7 +161,7 @@ const beamvizViser = (() => {
   const openPalette = (event) => document.body.dispatchEvent(new KeyboardEvent("keydown", event));
 
   return {
-    check, send, receive, canvas, render, zoomTo, pixel, watchConnection, ownAddress, quietPointer,
+    check, send, receive, canvas, world, render, zoomTo, pixel, watchConnection, ownAddress, quietPointer,
     openPalette,
   };
 })();

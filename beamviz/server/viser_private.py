@@ -1,5 +1,6 @@
 """The only module that uses undocumented parts of viser (see tests/server/test_protection.py); on
-the page the only script that does is viser.js, with viser.css.
+the page the only scripts that do are viser.js, with viser.css, and webgl.js, without which viser
+fails in a browser that has no WebGL.
 
 It builds a viser server whose connections all pass a guard and that opens no public tunnel, and it
 sets single properties at a third of viser's cost. All attributes used are checked at the start

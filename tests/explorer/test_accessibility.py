@@ -12,6 +12,7 @@ from live.server import wait_until
 from beamviz.beam import Beam
 from beamviz.drawing.colours import linear
 from beamviz.explorer.declarations import tabs
+from beamviz.explorer.links import PAGE
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
@@ -191,7 +192,7 @@ def test_letters_and_targets_are_large_enough(shown, size):
     shown.send("per_rev_2", True)
     shown.wait("document.querySelectorAll(':is(#comparison, #loci-resonances) table').length === 2")
     least = 44 if size == PHONE else 24
-    for name in tabs():
+    for name in tabs(PAGE):
         shown.open_tab(name)
         small = f"""{SEEN}.filter(e => parseFloat(getComputedStyle(e).fontSize) < 13.99
           && [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()))"""
@@ -214,7 +215,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     shown.resize(*size)
     prefer(shown, scheme, "reduce")  # no colour depends on the moment of an animation
     shown.evaluate(OPEN_ALL)
-    for name in tabs():
+    for name in tabs(PAGE):
         shown.open_tab(name)
         part = "html" if name == "frequencies" else f"#tab-{name}"
         assert violations(shown, part) == []

@@ -1,24 +1,23 @@
 """Choices of the visitor: each is declared once, and controls, undo and links know it."""
 
-import gc
 from collections import Counter
 from collections.abc import Iterator
 
 import pytest
-from live.server import wait_until
 from live.visitor import PAPER, visitor
 
-from beamviz.explorer import explorer, page, session
+from beamviz.explorer import explorer, links, page
 from beamviz.explorer.blade_table import Draft
-from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.declarations import Choice, Tab, name_key
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.blade import DRAFT
 from beamviz.explorer.features.files import FILM
 from beamviz.explorer.features.lessons import STEP
-from beamviz.explorer.features.links import linked, linked_choices, parse_link, query_of
 from beamviz.explorer.features.map import ENDS, MAPPED
 from beamviz.explorer.features.method_timing import TIMED
+from beamviz.explorer.links import PAGE, linked, linked_choices, parse_link, query_of
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import SHARED, History, State
 from beamviz.scene import KEYS, Scene
 
@@ -30,16 +29,12 @@ def new_feature() -> type[Feature]:
     """A feature as its file would declare it: a tab with one control, and what it shows."""
     grid = Choice("grid_of_marks", "none", GRIDS, name_key("grid", GRIDS), until=("scene",))
 
-    def content(name: str) -> Content:
-        return page.html("grid-text", f"The grid is {name}.")
-
     class Marks(Feature):
         tab = Tab("Marks", 20, page.select(grid.name, "grid", GRIDS) + '<p id="grid-text"></p>')
         choices = (grid,)
 
-        @property
-        def parts(self) -> tuple[Part, ...]:
-            return (Part(lambda s: (s.state[grid],), content, ("grid-text",)),)
+        def content(self, snapshot: Snapshot) -> Content:
+            return page.html("grid-text", f"The grid is {snapshot.state[grid]}.")
 
     return Marks
 
@@ -47,12 +42,9 @@ def new_feature() -> type[Feature]:
 @pytest.fixture
 def marks_url(monkeypatch) -> Iterator[str]:
     """A running explorer with one more feature."""
-    with monkeypatch.context() as patch:
-        patch.setattr(session, "FEATURES", (*session.FEATURES, new_feature()))
-        with explorer(Scene(PAPER)) as url:
-            yield url
-    # A computation under way keeps its visitor for a moment.
-    wait_until(lambda: gc.collect() >= 0 and "marks" not in tabs())
+    monkeypatch.setattr(links, "PAGE", (*links.PAGE, new_feature()))
+    with explorer(Scene(PAPER)) as url:
+        yield url
 
 
 def test_a_new_feature_is_one_class(marks_url):
@@ -136,10 +128,10 @@ def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
 
 def test_names_and_keys_of_choices_are_unique():
     """Those of all features, of the state and of a scene."""
-    own = [choice.name for kind in features() for choice in kind.choices]
+    own = [choice.name for kind in PAGE for choice in kind.choices]
     keys = [
         choice.key.name
-        for choice in (*SHARED.values(), *(one for kind in features() for one in kind.choices))
+        for choice in (*SHARED.values(), *(one for kind in PAGE for one in kind.choices))
         if choice.key
     ]
     assert max(Counter([*own, *START.values]).values()) == 1

@@ -13,8 +13,8 @@ from live.visitor import PAPER, Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.links import linked, parse_link, query_of
 from beamviz.explorer.features.real_beam import STEEL_BEAM
+from beamviz.explorer.links import linked, parse_link, query_of
 from beamviz.explorer.state import State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene

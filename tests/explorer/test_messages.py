@@ -13,7 +13,7 @@ from helpers import load_script
 from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
-from beamviz.explorer import page
+from beamviz.explorer import links, page
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.page import SCRIPTS, messages
 from beamviz.files import package_text
@@ -106,7 +106,7 @@ def test_no_note_of_the_page_has_signs_of_a_keyboard_or_keywords(guest):
 
 # What a visitor does, one after the other, so that all kinds of controls and charts are shown.
 VISIT = [
-    *[("tab", key) for key in tabs()],
+    *[("tab", key) for key in tabs(links.PAGE)],
     *[("gamma", 5.0), ("keep", None), ("over", "alpha"), ("comparison", "coriolis")],
     *[("real.preset", "steel beam"), ("real.section", "tube"), ("real.section", "own")],
     *[("blade.begin", None), ("blade.masses.add", None), ("blade.root", "spring")],
@@ -121,12 +121,12 @@ OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
 
 def test_no_two_elements_have_the_same_id(guest, session):
     """A label, an explanation or an update would be that of the first one."""
-    for key in tabs():
+    for key in tabs(links.PAGE):
         guest.do("tab", key)
         catch_up(guest)
     wait_until(lambda: not (session.is_busy or session.postponed))
     catch_up(guest)
-    html = "".join([guest.text, *(tab.content for tab in tabs().values())])
+    html = "".join([guest.text, *(tab.content for tab in tabs(links.PAGE).values())])
     ids = Counter(re.findall(r' id="([^"]+)"', html))
     assert ids.total() > 100
     assert [id for id, count in ids.items() if count > 1] == []
@@ -136,7 +136,7 @@ def test_each_control_has_a_handler_and_each_handler_a_control(guest, session):
     """In the HTML, in the charts and in the scripts: an action that nothing takes does nothing, a
     handler that nothing calls is dead."""
     used, html = ON_OCCASION | OF_SCRIPTS, set(PAGE.read_text().split(">"))
-    html |= {tag for tab in tabs().values() for tag in tab.content.split(">")}
+    html |= {tag for tab in tabs(links.PAGE).values() for tag in tab.content.split(">")}
     for action, value in VISIT:
         guest.do(action, value)
         catch_up(guest)

@@ -26,8 +26,9 @@ from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features import real_beam
-from beamviz.explorer.features.links import parse_link
+from beamviz.explorer.features.beam_pull import BeamPull
 from beamviz.explorer.features.motion import CONTENT, PRESETS
+from beamviz.explorer.links import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
 from beamviz.presets import PRESETS as PRESETS_OF_BLADES
@@ -359,11 +360,11 @@ def test_without_a_motion_there_is_nothing_to_play(guest, session, action, value
     guest.do("link", f"?alpha=1&strain=hencky&tab=motion&motion={own}")
     guest.wait(lambda _: has_chart(guest, 2.0))
     assert offered(guest) == {*PARTS}
-    assert session.beam_pull.sleeve.visible
+    assert session.feature(BeamPull).sleeve.visible
     guest.do(action, value)
     guest.wait(lambda _: offered(guest) == left)
     catch_up(guest)
-    assert session.beam_pull.sleeve.visible is bool(left)
+    assert session.feature(BeamPull).sleeve.visible is bool(left)
     guest.do("undo")
     guest.wait(lambda _: offered(guest) == {*PARTS})
 

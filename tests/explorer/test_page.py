@@ -19,7 +19,7 @@ from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 from beamviz.drawing.comparison import number
 from beamviz.explorer import FrameLoop, explorer
-from beamviz.explorer.mass_drag import nearest
+from beamviz.explorer.features.mass_drag import nearest
 from beamviz.explorer.state import Grip
 from beamviz.scene import Scene
 from beamviz.solver import solve

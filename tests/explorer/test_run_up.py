@@ -72,7 +72,7 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     guest.edit(coriolis=True)
     guest.do("force_per_rev", "2")
     guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
-    run, amplitude = run_up.run_of(session.snapshot), session.visitor.state.view.amplitude
+    run, amplitude = run_up.answer_of(session.snapshot).result, session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
         guest.edit(gamma=speed)
@@ -156,7 +156,8 @@ def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loop
         return found[0], found[1]
 
     before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(TIMEOUT)
-    assert after == pytest.approx(next_speed(run_up.run_of(session.snapshot), before, 0.1))
+    run = run_up.answer_of(session.snapshot).result
+    assert after == pytest.approx(next_speed(run, before, 0.1))
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):

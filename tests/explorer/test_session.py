@@ -29,7 +29,8 @@ from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features import files
-from beamviz.explorer.features.lessons import begun, first_state
+from beamviz.explorer.features.lessons import begun
+from beamviz.explorer.links import PAGE
 from beamviz.explorer.state import RATES, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
@@ -540,9 +541,9 @@ def test_an_edit_before_a_page_is_ready_is_in_its_address():
     """It is not that of the page without a query."""
     with offline():
         client: Any = Client()
-        early = visitor_module.Visitor(client, first_state(STILL), Workers(), schedule=lambda: None)
+        early = visitor_module.Visitor(client, State.of(STILL), Workers(), schedule=lambda: None)
         early.change(partial(State.changed, name="gamma", value=21.0))
-        own = session.Session(early)
+        own = session.Session(early, PAGE)
         early.update(lambda state: replace(state, reserved=()))
         own.tick(2.0)
         assert "gamma=21" in early.page.sent[("address",)]

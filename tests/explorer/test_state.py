@@ -10,6 +10,7 @@ from live.visitor import PAPER
 
 from beamviz.beam import Beam
 from beamviz.explorer.declarations import tabs
+from beamviz.explorer.links import PAGE
 from beamviz.explorer.state import EARLIER, PAUSE, Case, Grip, History, State
 from beamviz.scene import Camera, Scene
 
@@ -137,5 +138,5 @@ def test_what_is_done_with_a_body_in_the_hand_is_one_step():
 
 def test_each_tab_has_a_place_of_its_own():
     """Their order does not depend on which module is imported first."""
-    places = [tab.place for tab in tabs().values()]
+    places = [tab.place for tab in tabs(PAGE).values()]
     assert len(set(places)) == len(places) > 8

@@ -11,11 +11,9 @@ from live.visitor import Visitor, beam_moved, catch_up, frequency_text, pause, v
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.feature import Part
 from beamviz.explorer.features import files, veering
 from beamviz.explorer.features.lessons import formatted, lesson_rate
 from beamviz.explorer.features.method_timing import time_method
-from beamviz.explorer.page import html
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import START, Scene
 from beamviz.solver import solve
@@ -273,14 +271,6 @@ def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest, session):
     guest.do("tab", "frequencies", until=lambda _: guest.texts["veering-shapes"] == "")
     assert guest.props["veering-chart"]["hidden"]
     guest.do("tab", "veering", until=lambda _: guest.texts["veering-shapes"] == shown)
-
-
-def test_a_part_of_the_page_must_say_what_it_shows():
-    """Also where it shows nothing: what it does not name would stay as it was."""
-    part = Part(lambda _: (), lambda shown: html("one", "text") if shown else {}, ("one",))
-    assert part.content(True) == {("html", "one"): "text"}
-    with pytest.raises(ValueError, match="one"):
-        part.content(False)
 
 
 def test_a_limit_of_the_speed_has_the_same_digits_everywhere(guest):

@@ -19,6 +19,7 @@ from live.visitor import Visitor, visitor
 
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
+from beamviz.explorer.links import PAGE
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
 from beamviz.scene import Camera, Scene
@@ -228,7 +229,7 @@ def page_of(guest: Visitor) -> dict[str, Any]:
     """What a visitor sees of the page: of parts that are on it, in the open tab or outside."""
     tab = guest.parts["open"]
     shown = [text for key, text in guest.texts.items() if is_shown(key, tab)]
-    there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs()[tab].content]))}
+    there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs(PAGE)[tab].content]))}
     there |= {f"tab-{tab}"}
     props = {
         f"{key}.{name}": one

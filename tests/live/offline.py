@@ -1,8 +1,5 @@
 """A visitor in the same process, without a connection: their frames, and the threads of their jobs,
 run when a test says so.
-
-What they see is compared, frame by frame, with what a session without a memory shows of the same
-snapshot.
 """
 
 import json
@@ -15,16 +12,15 @@ from typing import Any, Self
 
 import numpy as np
 import pytest
-from live.fresh import Guest, differences, turned, visible_nodes
+from live.fresh import Guest, turned
 from live.server import CAMERA_MESSAGE
 from live.visitor import Visitor as Socket
 
 from beamviz.drawing.scene_graph import SceneGraph
-from beamviz.explorer import jobs, page, session, solutions, visitor
-from beamviz.explorer.features.lessons import first_state
-from beamviz.explorer.jobs import PENDING, Callback
+from beamviz.explorer import jobs, links, page, session, solutions, visitor
+from beamviz.explorer.feature import first_state
+from beamviz.explorer.jobs import Callback
 from beamviz.explorer.session import Session
-from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Camera as Viewpoint
@@ -151,8 +147,9 @@ class Offline(Socket):
     def __init__(self, scene: Scene, workers: Workers):
         super().__init__(Line())
         self.client: Any = Client()
-        opened = Visitor(self.client, first_state(scene), workers, schedule=lambda: None)
-        self.session = Session(opened)
+        state = first_state(scene, links.PAGE)
+        opened = Visitor(self.client, state, workers, schedule=lambda: None)
+        self.session = Session(opened, links.PAGE)
 
     def do(self, action: str, value: Any = None, until: Any = "") -> None:
         """Do an action of the page; its control shows the value."""
@@ -201,18 +198,12 @@ class Offline(Socket):
 class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
-    start: the scene of the server; checked: called with this after each frame that shows edits and
-    answers; errors: what it found.
+    start: the scene of the server.
     """
 
-    def __init__(
-        self,
-        start: Scene,
-        seed: int = 0,
-        checked: "Callable[[OfflineGuest], list[str]] | None" = None,
-    ):
-        self.chance, self.start, self.checked = random.Random(seed), start, checked
-        self.workers, self.errors = Workers(self.chance), list[str]()
+    def __init__(self, start: Scene, seed: int = 0):
+        self.chance = random.Random(seed)
+        self.workers = Workers(self.chance)
         self.visitor = Offline(start, self.workers)
         self.session = self.visitor.session
         self.frame()
@@ -275,8 +266,6 @@ class OfflineGuest(Guest):
         else:
             own.move(now)
         self.visitor.receive()
-        if self.checked and is_full:
-            self.errors += self.checked(self)
         if self.visitor.camera != before:  # as the browser tells
             run(own.camera_moved(None))
 
@@ -371,74 +360,3 @@ def offline() -> Iterator[None]:
         patch.setattr(jobs, "time", CLOCK)
         patch.setattr(visitor, "time", CLOCK)
         yield
-
-
-# Without a memory
-
-
-def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
-    """A visitor who has just come, and sees a snapshot of another one."""
-    other = Offline(guest.start, Workers())
-    own = other.session
-    own.snapshot = own.with_picture(snapshot)
-    own.show_scene(own.snapshot)
-    own.show_page(own.snapshot)
-    other.receive()
-    return other
-
-
-def memories(guest: OfflineGuest) -> list[str]:
-    """Where a visitor sees something else than one who has just come would see of the snapshot of
-    the last frame: what is remembered of an earlier one."""
-    snapshot = guest.session.snapshot
-    other = forgetful(guest, snapshot)
-    seen, expected = contents(guest.visitor), contents(other)
-    found = [
-        *(f"page{one}" for one in left(seen, expected)),
-        *differences({key: seen.get(key) for key in expected}, expected, "page"),
-        *wrong_requests(guest.session, other.session),
-    ]
-    if snapshot.clock.transition or guest.session.visitor.clock.transition:
-        return found
-    drawn, expected_nodes = visible_nodes(guest.visitor), visible_nodes(other)
-    if snapshot.picture.held:  # the scene stays at its place, which is that of an earlier frame
-        for nodes in (drawn, expected_nodes):
-            nodes.pop("/scene", None)
-    else:
-        found += differences([*guest.visitor.camera], [*other.camera], "camera")
-    return [*found, *differences(drawn, expected_nodes, "scene")]
-
-
-def contents(guest: Offline) -> dict[str, Any]:
-    """All that a page was sent, by kind, key and name."""
-    parts = {one: guest.parts[one] for one in ("open", "captions", "met", "dark")}
-    parts |= {"address": guest.parts.get("address", "")}
-    parts |= {f"text {key}": one for key, one in guest.texts.items()}
-    parts |= {f"value {key}": one for key, one in guest.values.items()}
-    for kind, several in (("chart", guest.charts), ("props", guest.props)):
-        for key, own in several.items():
-            parts |= {f"{kind} {key}.{name}": one for name, one in own.items()}
-    return parts
-
-
-def left(seen: dict[str, Any], expected: dict[str, Any]) -> list[str]:
-    """What is left on the page of an earlier snapshot: charts that are not hidden, and properties,
-    but for that which shows the scene for the first time. Fields may be on the page no more."""
-    found = []
-    for key in seen.keys() - expected - {"props scene.data-ready"}:
-        kind, _, name = key.partition(" ")
-        is_hidden = expected.get(f"props {name.partition('.')[0]}.hidden")
-        if kind == "props" or (kind == "chart" and not is_hidden):
-            found.append(f"/{key}")
-    return found
-
-
-def wrong_requests(own: Session, other: Session) -> Iterator[str]:
-    """The jobs whose latest request is not what the page needs."""
-    if own.postponed:
-        return
-    for feature in other.features:
-        for name, request in feature.wanted(own.snapshot).items():
-            latest = own.visitor.jobs[name].latest
-            if request is not None and latest != (None if request is PENDING else request):
-                yield f"job {name}: {str(latest)[:100]} != {str(request)[:100]}"

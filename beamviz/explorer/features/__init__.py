@@ -1,11 +1,41 @@
-"""The features of the page, one file each: every class of a file here that extends `Feature` is
-one. A new file needs no other entry."""
+"""The features of the page, a file each. A new one is an entry of FEATURES.
 
-from importlib import import_module
-from pkgutil import iter_modules
+Where several change the picture, the later ones change that of the earlier ones.
+"""
 
 from beamviz.explorer.feature import Feature
+from beamviz.explorer.features.answer import AnswerPanel
+from beamviz.explorer.features.beam_pull import BeamPull
+from beamviz.explorer.features.blade import BladePanel
+from beamviz.explorer.features.comparison import ComparisonTab
+from beamviz.explorer.features.controls import Controls
+from beamviz.explorer.features.files import Files
+from beamviz.explorer.features.lessons import Lessons
+from beamviz.explorer.features.loads import LoadsTab
+from beamviz.explorer.features.loci_chart import LociTab
+from beamviz.explorer.features.map import MapTab
+from beamviz.explorer.features.mass_drag import MassDrag
+from beamviz.explorer.features.method_timing import MethodTimingTab
+from beamviz.explorer.features.motion import MotionTab
+from beamviz.explorer.features.real_beam import RealBeamPanel
+from beamviz.explorer.features.run_up import RunUpTab
+from beamviz.explorer.features.veering import VeeringTab
 
-for found in iter_modules(__path__):
-    import_module(f"{__name__}.{found.name}")
-FEATURES = tuple(Feature.__subclasses__())
+FEATURES: tuple[type[Feature], ...] = (
+    Controls,
+    AnswerPanel,
+    RealBeamPanel,
+    BladePanel,
+    LociTab,
+    MapTab,
+    VeeringTab,
+    ComparisonTab,
+    LoadsTab,
+    RunUpTab,
+    MotionTab,
+    MethodTimingTab,
+    Lessons,
+    Files,
+    MassDrag,
+    BeamPull,
+)

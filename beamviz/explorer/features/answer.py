@@ -1,7 +1,7 @@
 """The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from html import escape
 
@@ -21,7 +21,8 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
-from beamviz.explorer.feature import Feature, Part, cancelled, fading, progress, told_elsewhere
+from beamviz.explorer.declarations import FIRST_TAB, Tab
+from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progress
 from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
 from beamviz.explorer.page import Content
@@ -37,7 +38,6 @@ from beamviz.units import Units
 STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
-ANSWER = "playing", "mode-rows", "equilibrium"  # what the panel shows of an answer
 NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of stability
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
@@ -54,31 +54,38 @@ class AnswerPanel(Feature):
     """What the page says of the beam shown, around the scene. With the case in which it opened it
     invites to drag something."""
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        faded = ("mode-rows", "equilibrium", "legend", "comparison", "method")
         return (
-            Part(lambda s: (s.answer, s.picture, *motion_now(s)), answer_content, ANSWER),
-            Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
-            Part(pace_reads, pace_content, ("pace-text",)),
-            Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
-            Part(lambda s: (work(s),), work_content, ("work",)),
-            fading([], "mode-rows", "equilibrium", "legend", "comparison", "method"),
+            answer_content(snapshot.answer, snapshot.picture, *motion_now(snapshot))
+            | scene_content(snapshot.picture, snapshot.answer)
+            | pace_content(snapshot)
+            | self.caption_content(snapshot)
+            | page.html("work", work(snapshot, self.visitor.tabs[snapshot.state.tab]))
+            | fading(snapshot, [], *faded)
         )
 
-    def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """What the picture shows or leaves out, what has replaced the visitor's scene, and what an
-        invitation depends on: whether the first case is shown, whether it has a mass, what can be
-        dragged, and the lessons whose challenge is met."""
-        state = snapshot.state
+    def caption_content(self, snapshot: Snapshot) -> Content:
+        """The caption: a note about the picture, or until the first edit an invitation; after a
+        scene was replaced, an offer to undo that."""
+        state, replaced = snapshot.state, snapshot.state.replaced
+        text = note(snapshot)
         chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
-        first = state.case == self.visitor.first.case and not chosen
-        picture = snapshot.picture
-        shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
-        if picture.film and is_before(snapshot):
-            shown = EARLIER_MOTION
-        shown = HELD if state.hold else shown
-        note = shown or picture_note(snapshot)
-        return note, state.replaced, first, has_mass(state.case), dragged(state), state.met
+        is_first = state.case == self.visitor.first.case and not (chosen or replaced)
+        if is_first and not text:
+            text = invitation(state.met, dragged(state), with_mass=has_mass(state.case))
+        undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
+        return page.html("scene-caption", text) | page.html("replaced", undo)
+
+
+def note(snapshot: Snapshot) -> str:
+    """What the scene shows in place of modes, or leaves out; "" for all modes of the beam."""
+    picture = snapshot.picture
+    if snapshot.state.hold:
+        return HELD
+    if picture.film:
+        return EARLIER_MOTION if is_before(snapshot) else IN_MOTION
+    return RESPONSE if picture.force is not None else picture_note(snapshot)
 
 
 def motion_now(snapshot: Snapshot) -> tuple[str, str, bool]:
@@ -112,23 +119,14 @@ def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
     return page.html("legend", "" if drawn.warning or answer is None else text)
 
 
-def work_content(text: str) -> Content:
-    return page.html("work", text)
-
-
-def pace_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The time [T*] that passes in a second, the part of it that can be locked, whether that is
-    locked, and the units."""
+def pace_content(snapshot: Snapshot) -> Content:
+    """The time [T*] that passes in a second, and a lock that keeps it whatever moves."""
     state, units = snapshot.state, snapshot.picture.modes.beam.units
-    return snapshot.rate * state.view.pace, snapshot.rate, state.rate is not None, units
-
-
-def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> Content:
-    """The time that passes, and a lock that keeps it whatever moves."""
+    locked, rate = state.rate is not None, snapshot.rate * state.view.pace
     lock = page.button(
         "locked" if locked else "lock",
         data_do="rate",
-        data_value=None if locked else float(f"{own:.6g}"),
+        data_value=None if locked else float(f"{snapshot.rate:.6g}"),
         aria_pressed=locked,
         title=LOCK_HINT,
         class_="quiet",
@@ -136,12 +134,12 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
     return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
-def work(snapshot: Snapshot) -> str:
+def work(snapshot: Snapshot, tab: Tab) -> str:
     """The jobs that have been running for long, with a button that cancels them, but for one that
-    the open tab tells of; or else those cancelled, with one that restarts them."""
+    the open tab waits for and tells of; or else those cancelled, with one that restarts them."""
     jobs = snapshot.jobs.values()
     if any(job.slow for job in jobs):
-        told = told_elsewhere(snapshot)
+        told = lacking(snapshot, tab.waits_for)
         if slow := [job for job in jobs if job.slow and job is not told]:
             return progress(slow)
     return cancelled(jobs)
@@ -173,17 +171,6 @@ def second_note(snapshot: Snapshot) -> str:
     return escape(not_drawn(second, all_modes=snapshot.state.view.all_modes))
 
 
-def caption_content(
-    note: str, replaced: str, first: bool, with_mass: bool, drag: str, met: frozenset[str]
-) -> Content:
-    """The caption: a note about the picture, or until the first edit an invitation; after a scene
-    was replaced, an offer to undo that."""
-    invites = first and not replaced
-    text = note or (invitation(met, drag, with_mass=with_mass) if invites else "")
-    undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
-    return page.html("scene-caption", text) | page.html("replaced", undo)
-
-
 def has_mass(case: Case) -> bool:
     """Whether there is a body on the beam."""
     return bool(case.numbers["alpha"]) or bool(case.masses)
@@ -195,7 +182,9 @@ def dragged(state: State) -> str:
     if state.tab == MotionTab.tab.key and can_move(state):
         return "the beam aside, and let it go"
     speed = (
-        "the line of the speed in the chart below" if not state.tab else "the slider of the speed"
+        "the line of the speed in the chart below"
+        if state.tab == FIRST_TAB
+        else "the slider of the speed"
     )
     return f"the mass along the beam, or {speed}" if has_mass(state.case) else speed
 

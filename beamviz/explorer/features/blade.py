@@ -3,7 +3,7 @@ chart."""
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.blade import Blade, Mass
+from beamviz.blade import Blade
 from beamviz.drawing.text import RAISED, Measure, si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
@@ -37,7 +37,7 @@ from beamviz.explorer.blade_table import (
     wrong_order,
 )
 from beamviz.explorer.declarations import Choice, Key
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.real_beam import (
     ALONG,
     AS_AT_ROOT,
@@ -56,7 +56,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.presets import PRESETS, Preset
 from beamviz.si import PhysicalBeam
-from beamviz.units import Units
 
 TABLES = {"stations": STATIONS, "masses": MASSES}
 PASTE, FILE = "blade.paste", "blade.file"
@@ -115,13 +114,16 @@ class BladePanel(Feature):
         on("blade.begin", self.begin)
         on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("")))
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        state = snapshot.state
+        if not is_shown(state):
+            return hidden_content()
+        case = state.case
         return (
-            Part(tables_read, tables_content, ("blade",)),
-            Part(numbers_read, numbers_content, ("blade-numbers",)),
-            Part(reasons_read, reasons_content, ("blade-reasons", PASTE)),
-            Part(chart_read, chart_content, ("blade-chart",)),
+            tables_content(case, state[DRAFT])
+            | numbers_content(case.nearest_beam())
+            | reasons_content(case, state[DRAFT], state.refused)
+            | chart_content(case)
         )
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
@@ -285,29 +287,20 @@ def is_shown(state: State) -> bool:
     return has_size and in_tables(case.nearest_beam(), state[SECTION])
 
 
-# The panel: its tables do not depend on the speed, which a slider moves
+# The panel
 
 
-def tables_read(snapshot: Snapshot) -> tuple[Any, ...]:
-    state = snapshot.state
-    case = state.case
-    values = case.nearest_beam().mu, case.units, case.blade, case.masses, case.root
-    return is_shown(state), state[DRAFT], *values
+def hidden_content() -> Content:
+    """Nothing, in place of the panel."""
+    texts = page.html("blade", "") | page.html("blade-numbers", "") | page.html("blade-reasons", "")
+    return texts | page.value(PASTE, "") | page.props("blade-chart", hidden=True)
 
 
-def tables_content(
-    shown: bool,
-    draft: Draft | None,
-    mu: float,
-    units: Units,
-    blade: Blade | None,
-    masses: tuple[Mass, ...],
-    root: float,
-) -> Content:
-    """The tables: as they are typed, where the beam has no such tables."""
-    if not shown:
-        return page.html("blade", "")
-    physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
+def tables_content(case: Case, draft: Draft | None) -> Content:
+    """The tables: as they are typed, where the beam has no such tables. They do not depend on the
+    speed, which a slider moves."""
+    mu = case.nearest_beam().mu
+    physical = Beam(mu=mu, **case.structure).physical
     assert physical
     tables = draft or draft_of(physical)
     wrong = wrong_entries(tables) if draft else []
@@ -389,16 +382,8 @@ def is_made_from(preset: Preset, physical: PhysicalBeam) -> bool:
     return of_preset is not None and draft_of(of_preset).stations == draft_of(physical).stations
 
 
-def numbers_read(snapshot: Snapshot) -> tuple[bool, Case]:
-    return is_shown(snapshot.state), snapshot.state.case
-
-
-def numbers_content(shown: bool, case: Case) -> Content:
-    """The dimensionless numbers, and values that are likely in another unit; nothing while the
-    panel is not there."""
-    if not shown:
-        return page.html("blade-numbers", "")
-    beam = case.nearest_beam()
+def numbers_content(beam: Beam) -> Content:
+    """The dimensionless numbers, and values that are likely in another unit."""
     assert beam.units
     text = (
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(beam.units.time, 's', 4)}</p>"
@@ -406,21 +391,9 @@ def numbers_content(shown: bool, case: Case) -> Content:
     return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
 
 
-def reasons_read(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The draft, with the beam while there is one, and what was refused."""
-    state = snapshot.state
-    draft = state[DRAFT]
-    return is_shown(state), draft, state.case if draft else None, state.refused
-
-
-def reasons_content(
-    shown: bool, draft: Draft | None, case: Case | None, refused: Refused | None
-) -> Content:
-    """Why the tables describe no beam, and why the last entry was refused; nothing while the panel
-    is not there."""
-    if not shown:
-        return page.html("blade-reasons", "") | page.value(PASTE, "")
-    wrong = reasons_of(draft, case) if draft and case else []
+def reasons_content(case: Case, draft: Draft | None, refused: Refused | None) -> Content:
+    """Why the tables describe no beam, and why the last entry was refused."""
+    wrong = reasons_of(draft, case) if draft else []
     reasons, entry = [*wrong], ""
     if refused and refused.key.startswith("blade"):
         reasons.append(refused.reason)
@@ -522,18 +495,11 @@ LINES = {
 UNIFORM = Blade((0.0, 1.0), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0))
 
 
-def chart_read(snapshot: Snapshot) -> tuple[Any, ...]:
-    case = snapshot.state.case
-    return is_shown(snapshot.state), case.blade, case.units
-
-
-def chart_content(shown: bool, blade: Blade | None, units: Units | None) -> Content:
-    """The properties along the span, each over its value at the root; nothing while the panel is
-    not there."""
-    if not shown or units is None:
-        return page.props("blade-chart", hidden=True)
-    content = page.props("blade-chart", hidden=False)
-    return content | page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
+def chart_content(case: Case) -> Content:
+    """The properties along the span, each over its value at the root."""
+    assert case.units
+    data = properties_data(case.blade or UNIFORM, case.units.length)
+    return page.props("blade-chart", hidden=False) | page.chart("blade-chart", data)
 
 
 def properties_data(blade: Blade, length: float) -> page.Data:

@@ -3,15 +3,13 @@
 Modes of both beams are matched by the correlation of their shapes, not by their labels.
 """
 
-from collections.abc import Iterable
-from functools import partial
 from html import escape
 
 from beamviz.drawing.comparison import THIS, compared_rows
 from beamviz.drawing.text import frequencies
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.feature import Feature, Part, waiting_content
+from beamviz.explorer.feature import Feature, waiting_content
 from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.second_beam import KEEP, LABELS
@@ -50,12 +48,8 @@ class ComparisonTab(Feature):
         super().__init__(visitor)
         self.page.on("keep", lambda _: visitor.change(State.keep))
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(reads, table_content, ("comparison",)),
-            Part(lambda s: (missing(s),), partial(waiting_content, WAIT), (WAIT,)),
-        )
+    def content(self, snapshot: Snapshot) -> Content:
+        return table_content(snapshot) | waiting_content(WAIT, missing(snapshot))
 
 
 def missing(snapshot: Snapshot) -> JobStatus | None:
@@ -64,29 +58,10 @@ def missing(snapshot: Snapshot) -> JobStatus | None:
     return snapshot.jobs[SOLUTION] if lacks else None
 
 
-def reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """Both answers, the comparison, and whether a second beam cannot be drawn."""
-    state = snapshot.state
-    return (
-        snapshot.answer,
-        snapshot.second,
-        snapshot.comparison.title,
-        snapshot.comparison.case is None,
-        snapshot.comparison.choice == EARLIER,
-        state.view.all_modes,
-    )
-
-
-def table_content(
-    answer: SolverAnswer | None,
-    second: SolverAnswer | None,
-    title: str,
-    nothing: bool,
-    earlier: bool,
-    all_modes: bool,
-) -> Content:
+def table_content(snapshot: Snapshot) -> Content:
     """The frequencies of both beams, or a message why there are none."""
-    text = f"<p>{escape(title or INVITATION)}</p>" if nothing else ""
+    answer, second, (title, case, choice) = snapshot.answer, snapshot.second, snapshot.comparison
+    text = f"<p>{escape(title or INVITATION)}</p>" if case is None else ""
     failed = [
         f"{name}: {one.message}"
         for name, one in ((THIS.capitalize(), answer), (title, second))
@@ -96,8 +71,9 @@ def table_content(
         text = "".join(f"<p>{escape(reason)}</p>" for reason in failed)
     elif second and second.solution and answer and answer.solution:
         pair = (THIS, answer.solution), (title, second.solution)
-        table = comparison_table(*(pair[::-1] if earlier else pair))
-        text = page.note(not_drawn(second, all_modes=all_modes)) + table
+        table = comparison_table(*(pair[::-1] if choice == EARLIER else pair))
+        reason = not_drawn(second, all_modes=snapshot.state.view.all_modes)
+        text = page.note(reason) + table
     return page.html("comparison", text)
 
 

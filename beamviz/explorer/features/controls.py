@@ -1,7 +1,6 @@
 """The controls around the scene."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -10,9 +9,9 @@ from typing import Any
 from beamviz.beam import NUMBERS, PARAMETERS, PLANAR_NUMBERS
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
-from beamviz.explorer.declarations import tab_named, tabs
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, RATES, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
@@ -134,6 +133,7 @@ class Controls(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.fixed = self.fixed_content()
         for name in PLANAR_NUMBERS:
             self.page.on(name, partial(self.edit, name), float)
         visitor.bind("mass", switch_mass, has_mass, bool)
@@ -156,15 +156,14 @@ class Controls(Feature):
         visitor.command("Reset the scene", visitor.reset)
         visitor.command("Fit the view", self.reset_view)
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        state = snapshot.state
         return (
-            Part(lambda s: (), self.fixed_content, (*CONTENT, "presenter")),
-            Part(
-                lambda s: (s.state,), self.bound_content, (*self.visitor.controls, "open", "dark")
-            ),
-            Part(lambda s: (s.undo, s.redo), history_content, ("undo", "redo")),
-            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content, tuple(NUMBERS)),
+            self.fixed
+            | self.bound_content(state)
+            | page.props("undo", disabled=not snapshot.undo)
+            | page.props("redo", disabled=not snapshot.redo)
+            | numbers_content(state.case, state.run_speed)
         )
 
     def fixed_content(self) -> Content:
@@ -179,7 +178,7 @@ class Controls(Feature):
         content = Content()
         for key, shown in self.visitor.controls.items():
             content |= page.value(key, shown(state))
-        return content | {("open",): state.tab or next(iter(tabs())), ("dark",): state.view.dark}
+        return content | {("open",): state.tab, ("dark",): state.view.dark}
 
     def edit(self, name: str, value: Any) -> None:
         """Set a number of the beam, as displayed."""
@@ -203,8 +202,8 @@ class Controls(Feature):
 
     def open_tab(self, tab: Any) -> None:
         """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
-        if tab in tabs():
-            self.visitor.update(lambda state: replace(state, tab=tab_named(tab)))
+        if tab in self.visitor.tabs:
+            self.visitor.update(lambda state: replace(state, tab=tab))
 
 
 PRESENTING = '<span class="soft">You present: the others see this page.</span>'
@@ -219,10 +218,6 @@ def preferred(state: State, preferences: str) -> State:
     if state.still:
         state = state.changed("playing", False)
     return state if state.opened.view.dark else state.changed("dark", "dark" in words)
-
-
-def history_content(undo: bool, redo: bool) -> Content:
-    return page.props("undo", disabled=not undo) | page.props("redo", disabled=not redo)
 
 
 def numbers_content(case: Case, run_speed: float | None) -> Content:

@@ -4,7 +4,7 @@ the background.
 
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from html import escape
@@ -21,13 +21,13 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.declarations import Choice, Tab, name_key
-from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.links import within_limits
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.jobs import Answer, Job, JobStatus
+from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import within_limits
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.chart_files import export_chart
@@ -74,13 +74,6 @@ class File:
 
 
 JOB = "file"
-# Ids of elements that show the progress of a file, in the tabs Export, Motion and Frequencies.
-PROGRESS = (
-    *("export-work", "export-progress", "export-state"),
-    *("motion-file-work", "motion-file-state", "chart-file-work", "chart-file-state"),
-)
-
-
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 FILM = Choice("film_length", "shortest loop", FILM_LENGTHS, name_key("film", FILM_LENGTHS))
 
@@ -93,6 +86,7 @@ class Files(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.buttons = export_tab()
         self.waiting: list[File] = []  # which the visitor wants after the one being written
         self.job: Job[File, bytes] = visitor.add_own_job(
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
@@ -104,11 +98,10 @@ class Files(Feature):
         self.page.on("export_chart", self.start_chart, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(lambda s: (), lambda: page.html("tab-export", export_tab()), ("tab-export",)),
-            Part(progress_reads, progress_content, PROGRESS),
+    def content(self, snapshot: Snapshot) -> Content:
+        job = snapshot.jobs[JOB]
+        return page.html("tab-export", self.buttons) | progress_content(
+            busy=job.busy, note=job.note, done=job.done
         )
 
     def save(self) -> None:
@@ -233,13 +226,7 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
-def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The progress of the file that is being written."""
-    job: JobStatus = snapshot.jobs[JOB]
-    return job.busy, job.note, job.done
-
-
-def progress_content(busy: bool, note: str, done: float) -> Content:
+def progress_content(*, busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)

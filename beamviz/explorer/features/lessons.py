@@ -3,7 +3,7 @@
 import contextlib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache, partial
 from html import escape
@@ -19,13 +19,13 @@ from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import lines_of
-from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
-from beamviz.explorer.experiment import Experiment, motion_of
-from beamviz.explorer.feature import Feature, Part, fading
+from beamviz.explorer.declarations import FIRST_TAB, Choice, Tab, count_key
+from beamviz.explorer.experiment import motion_of
+from beamviz.explorer.feature import Feature, fading
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.solutions import SolverAnswer, solver_answer
+from beamviz.explorer.solutions import solver_answer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor
@@ -82,6 +82,19 @@ class Lessons(Feature):
         self.page.on("met", self.keep_met, str)
         for one in LESSONS:
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
+
+    @classmethod
+    def prepare(cls) -> None:
+        """Compute the pictures of the cards and the rates of the clock, which are stored."""
+        for name in NAMES:
+            sketch(name)
+            lesson_rate(name)
+
+    @classmethod
+    def begun(cls, state: State) -> State:
+        """On the scene of a lesson, that begins."""
+        found = (begun(state, one) for one in LESSONS if one.scene == state.opened)
+        return next(found, state)
 
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave all; an unknown name changes nothing."""
@@ -140,8 +153,7 @@ class Lessons(Feature):
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Remember a challenge that is met."""
-        name, *rest = verdict_reads(snapshot)
-        verdict = verdict_of(name, *rest)
+        name, verdict = snapshot.state.lesson, verdict_of(snapshot)
         if verdict and verdict.met and name not in snapshot.state.met:
             self.visitor.update(lambda state: replace(state, met=state.met | {name}))
 
@@ -149,14 +161,16 @@ class Lessons(Feature):
         """The facts of the open lesson."""
         return {JOB: snapshot.state.lesson} if snapshot.state.lesson else {}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        name, met = snapshot.state.lesson, snapshot.state.met
+        verdict = verdict_html(snapshot)
         return (
-            Part(lesson_reads, lesson_content, ("lesson", "lesson-text")),
-            Part(verdict_reads, verdict_content, ("verdict",)),
-            Part(reading_reads, reading_content, ("lesson-reading",)),
-            fading([], "verdict", "lesson-reading"),
-            Part(lambda s: (s.state.lesson, s.state.met), cards_content, ("tab-lessons", "met")),
+            lesson_content(snapshot)
+            | page.html("verdict", verdict)
+            | page.html("lesson-reading", verdict + watched_html(snapshot))
+            | fading(snapshot, [], "verdict", "lesson-reading")
+            | page.html("tab-lessons", cards_html(name, met))
+            | {("met",): sorted(met)}
         )
 
 
@@ -192,19 +206,12 @@ def facts_in(answer: Answer[str, Facts] | None, name: str) -> Facts | None:
     return facts if facts and facts.lesson == name else None
 
 
-def first_state(scene: Scene) -> State:
-    """The state in which a page opens on a scene; that of a lesson begins it."""
-    state = State.of(scene)
-    found = (begun(state, one) for one in LESSONS if one.scene == scene)
-    return next(found, state)
-
-
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     """At the first step of a lesson, with its own scene or another one, the tab that it names, and
     the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
-    tab = tab_named(named[0]) if named else ""
+    tab = named[0] if named else FIRST_TAB
     own: dict[str, Any] = {"lesson": lesson.name, "tab": tab, "rate": lesson_rate(lesson.name)}
     own |= {"before_lesson": state.outside, **motion_of(lesson)}
     return replace(state.loaded(scene).ended("lesson"), **own)
@@ -252,69 +259,47 @@ def is_met(open_lesson: Lesson, state: State) -> bool:
     return False
 
 
-def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The open lesson, its step, the guess and the facts."""
-    state = snapshot.state
-    return state.lesson, state[STEP], state[GUESS], facts_of(snapshot)
-
-
-def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None) -> Content:
+def lesson_content(snapshot: Snapshot) -> Content:
     """The open lesson beside the tabs."""
-    text = lesson_html(lesson(name), step, guess, facts) if name else ""
+    state, name, text = snapshot.state, snapshot.state.lesson, ""
+    if name:
+        text = lesson_html(lesson(name), state[STEP], state[GUESS], facts_of(snapshot))
     in_tab = bool(name) and any(key.startswith("tab-") for key in controls(lesson(name).do))
     shown = page.props("lesson", hidden=not name, data_beside="tab" if in_tab else "controls")
     return page.html("lesson-text", text) | shown
 
 
-def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The open lesson, if its challenge is shown and its facts are known, the answer, and the
-    motion in time."""
-    state = snapshot.state
+def verdict_of(snapshot: Snapshot) -> Verdict | None:
+    """The verdict on the challenge of the open lesson; None while that is not shown, and before its
+    facts are known."""
+    state, answer = snapshot.state, snapshot.answer
     shown = state.lesson and state[STEP] == CHALLENGE and facts_of(snapshot)
-    return (state.lesson if shown else ""), snapshot.answer, state.experiment
-
-
-def verdict_of(name: str, answer: SolverAnswer | None, experiment: Experiment) -> Verdict | None:
-    """The verdict on the challenge of a lesson; None without one."""
-    if not (name and answer and answer.beam):
+    if not (shown and answer and answer.beam):
         return None
-    return lesson(name).check(answer.beam, answer.request.options, experiment.pull_at)
+    options, pull_at = answer.request.options, state.experiment.pull_at
+    return lesson(state.lesson).check(answer.beam, options, pull_at)
 
 
-def verdict_content(name: str, answer: SolverAnswer | None, experiment: Experiment) -> Content:
-    """The verdict, with the present value of the quantity of the challenge."""
-    return page.html("verdict", verdict_html(name, answer, experiment))
-
-
-def verdict_html(name: str, answer: SolverAnswer | None, experiment: Experiment) -> str:
-    """The verdict; "" without a challenge."""
-    verdict = verdict_of(name, answer, experiment)
+def verdict_html(snapshot: Snapshot) -> str:
+    """The verdict, with the present value of the quantity of the challenge; "" without one."""
+    verdict, answer, state = verdict_of(snapshot), snapshot.answer, snapshot.state
     if verdict is None:
         return ""
     word = "Right!" if verdict.met else "Not yet."
     words = f"<b>{word}</b> {escape(verdict.reason)}"
     if answer and answer.solution and (verdict.met or not verdict.reason):  # no obstacle
-        now = lesson(name).measured(answer.solution, experiment.pull_at)
+        now = lesson(state.lesson).measured(answer.solution, state.experiment.pull_at)
         words += f" <br>Now: {escape(now)}."
     return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
 
 
-def reading_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The open lesson, unless it shows a motion in time, and what the verdict depends on."""
+def watched_html(snapshot: Snapshot) -> str:
+    """The frequencies that a lesson about modes watches, over the scene, which stays in view while
+    a slider is dragged: on narrow pages the table of modes may be out of view then."""
     name = snapshot.state.lesson
-    of_modes = name if name and not lesson(name).motion else ""
-    return of_modes, *verdict_reads(snapshot)
-
-
-def reading_content(
-    of_modes: str, name: str, answer: SolverAnswer | None, experiment: Experiment
-) -> Content:
-    """What the lesson watches, over the scene, which stays in view while a slider is dragged: on
-    narrow pages the lesson and the table of modes may be out of view then."""
-    verdict = verdict_html(name, answer, experiment)
-    solution = answer.solution if answer and of_modes else None
-    watched = frequencies_html(solution) if solution else ""
-    return page.html("lesson-reading", verdict + watched)
+    solution = snapshot.answer.solution if snapshot.answer else None
+    of_modes = name and not lesson(name).motion
+    return frequencies_html(solution) if of_modes and solution else ""
 
 
 def frequencies_html(solution: Solution) -> str:
@@ -327,19 +312,7 @@ def frequencies_html(solution: Solution) -> str:
     return f'<p aria-hidden="true"><span>{shown.head}</span>{modes}</p>'
 
 
-def cards_content(name: str, met: frozenset[str]) -> Content:
-    return page.html("tab-lessons", cards_html(name, met)) | {("met",): sorted(met)}
-
-
 # Texts
-
-
-def prepare() -> None:
-    """Compute the pictures of the cards and the rates of the clock, which are stored; this takes
-    some time."""
-    for name in NAMES:
-        sketch(name)
-        lesson_rate(name)
 
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:

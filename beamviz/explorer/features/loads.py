@@ -1,7 +1,7 @@
 """The tab Loads: axial force, shear force and bending moment along the beam at its equilibrium, and
 what the hub has to hold."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from html import escape
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from beamviz.drawing.text import Measure, lengths, si_measure, significant, stress_text
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -66,12 +66,11 @@ class LoadsTab(Feature):
         is_open = snapshot.state.tab == self.tab.key
         return {JOB: snapshot.answer} if snapshot.answer and is_open else {}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
         return (
-            Part(lambda s: (s.job_answer(JOB),), loads_content, SHOWN),
-            fading([JOB], *SHOWN),
-            waiting("loads-wait", self.tab),
+            loads_content(snapshot.job_answer(JOB))
+            | fading(snapshot, [JOB], *SHOWN)
+            | waiting(snapshot, "loads-wait", self.tab)
         )
 
 

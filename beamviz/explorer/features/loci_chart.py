@@ -1,7 +1,7 @@
 """The tab Frequencies: the Campbell diagram along one of the five numbers, with lists of events."""
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,7 @@ from beamviz.explorer.computed_loci import (
     cursor,
 )
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -102,13 +102,13 @@ class LociTab(Feature):
                 return {CHART: request, SECOND_CHART: request.same_axis(other)}
         return {CHART: request}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        answer = snapshot.job_answer(CHART)
         return (
-            Part(chart_reads, chart_content, ("per-rev", "loci-chart", *LISTS)),
-            Part(cursor_reads, cursor_content, ("loci-chart", "go_to_event")),
-            fading([CHART], "loci-chart", *LISTS),
-            waiting("loci-chart-wait", self.tab),
+            chart_content(answer, second_chart(snapshot), snapshot.state.per_rev)
+            | cursor_content(answer, snapshot.entered_beam)
+            | fading(snapshot, [CHART], "loci-chart", *LISTS)
+            | waiting(snapshot, "loci-chart-wait", self.tab)
         )
 
 
@@ -126,14 +126,14 @@ def current_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
     return answer if answer and answer.request == chart_wanted(snapshot) else None
 
 
-def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The answers with the charts, and the multiples of the speed."""
-    answer, second, case = snapshot.job_answer(CHART), None, snapshot.comparison.case
-    if answer and case:
-        found = snapshot.job_answer(SECOND_CHART)
+def second_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
+    """The answer with the chart of the beam compared with, on the axis of the first chart."""
+    first, second = snapshot.job_answer(CHART), snapshot.job_answer(SECOND_CHART)
+    case = snapshot.comparison.case
+    if first and second and case:
         with contextlib.suppress(InvalidInput):
-            second = found if found and found.request == answer.request.same_axis(case) else None
-    return answer, second, snapshot.state.per_rev
+            return second if second.request == first.request.same_axis(case) else None
+    return None
 
 
 NO_LINES: page.Data = {"message": "", "lines": [], "marks": [], "gaps": [], "keys": []}
@@ -175,13 +175,8 @@ def no_chart(answer: Answer[ChartRequest, Chart]) -> str:
     return text
 
 
-def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The answer with the chart, and the beam; none where a number is out of range."""
-    return snapshot.job_answer(CHART), snapshot.entered_beam
-
-
 def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:
-    """The line of the beam, and the event that it is at."""
+    """The line of the beam, None where a number is out of range, and the event that it is at."""
     if answer is None:
         return page.chart("loci-chart", {"cursor": None}) | page.value("go_to_event", "")
     request, chart = answer.request, answer.result

@@ -3,8 +3,9 @@ five numbers; a click on the map moves the beam there."""
 
 import contextlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from html import escape
 from typing import Any, Self
 
@@ -19,7 +20,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import AXES
 from beamviz.explorer.declarations import Choice, Key, Tab
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -169,13 +170,13 @@ class MapTab(Feature):
         goes_on = state.tab == self.tab.key or snapshot.jobs[JOB].latest == request
         return {JOB: request if goes_on else None}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        answer = snapshot.job_answer(JOB)
         return (
-            Part(lambda s: (s.job_answer(JOB), s.state[MAPPED]), map_content, SHOWN),
-            Part(lambda s: (s.job_answer(JOB), s.entered_beam), place_content, ("map-chart",)),
-            fading([JOB], *SHOWN),
-            waiting("map-chart-wait", self.tab),
+            map_content(answer, snapshot.state[MAPPED])
+            | place_content(answer, snapshot.entered_beam)
+            | fading(snapshot, [JOB], *SHOWN)
+            | waiting(snapshot, "map-chart-wait", self.tab)
         )
 
 
@@ -187,6 +188,7 @@ def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> S
     return state.with_choice(ENDS, (first, second))
 
 
+@lru_cache(32)  # for several visitors: the borders take 5 ms, of each frame with an edit
 def map_content(answer: Answer[MapRequest, BeamMap] | None, mapped: str | int) -> Content:
     """The last map, or the reason why there is none."""
     if answer is None or answer.result is None:

@@ -1,7 +1,7 @@
 """The tab Methods: solve time against frequency error of every method for the beam shown."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from beamviz.drawing.text import Measure, error_text, significant
 from beamviz.errors import BeamvizError
 from beamviz.explorer import page
 from beamviz.explorer.declarations import SWITCH, Choice, Tab, switch_key
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -125,21 +125,16 @@ class MethodTimingTab(Feature):
             return {}
         return {JOB: snapshot.answer.request.with_options(method="auto")}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        """The method of the answer and the timings, if they are asked for; neither while the tab is
+        closed."""
+        is_asked = snapshot.state[TIMED]
+        answer = snapshot.answer if snapshot.state.tab == self.tab.key else None
         return (
-            Part(self.reads, timing_content, ("method", *SHOWN)),
-            fading([JOB], *SHOWN),
-            waiting("timing-chart-wait", self.tab),
+            timing_content(answer, is_asked, snapshot.job_answer(JOB) if is_asked else None)
+            | fading(snapshot, [JOB], *SHOWN)
+            | waiting(snapshot, "timing-chart-wait", self.tab)
         )
-
-    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """The answer of the scene, None while the tab is closed, whether the timings are asked for,
-        and the timings if they are shown."""
-        state = snapshot.state
-        timings = snapshot.job_answer(JOB) if state[TIMED] else None
-        answer = snapshot.answer if state.tab == self.tab.key else None
-        return answer, state[TIMED], timings
 
 
 def timing_content(

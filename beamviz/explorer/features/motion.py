@@ -3,9 +3,9 @@ integrated in time; the scene plays it, and the tab shows the tip over time and 
 
 import contextlib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from html import escape
 from typing import Any, NamedTuple
 
@@ -29,18 +29,20 @@ from beamviz.explorer.computed_motion import (
     MotionRequest,
     PullRequest,
     answer_of,
+    film_of,
     is_before,
     obstacle_of,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.motion_charts import notes, spectrum_data, strip_data
 from beamviz.explorer.page import Content
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.state import Case, State
+from beamviz.explorer.view import Picture, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import clip
 from beamviz.units import Units
@@ -227,6 +229,18 @@ class MotionTab(Feature):
             moment = clip(moment, RANGES["until"].limits[1], visitor.clock.moment)
             visitor.change(lambda state: replace(state, moment=moment, in_motion=True))
 
+    def picture(self, inputs: Inputs, picture: Picture) -> Picture:
+        """The motion in place of modes; the clock stops while the beam is in the hand."""
+        state = inputs.state
+        if state.hold:
+            picture = replace(picture, plays=False)
+        film = film_of(inputs)
+        if film is None:
+            return picture
+        moment = inputs.clock.with_film(film, state.moment).moment
+        picture = with_film(picture, film, state.view, inputs.scale, moment)
+        return replace(picture, moment=state.moment)
+
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused; one that goes on is at none."""
         state, playing = snapshot.state, snapshot.state.view.playing
@@ -246,18 +260,18 @@ class MotionTab(Feature):
                 return {JOB: MotionRequest.of(state.case, state.experiment)}
         return {JOB: None}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def content(self, snapshot: Snapshot) -> Content:
+        state, answer = snapshot.state, answer_of(snapshot)
         return (
-            Part(lambda s: (s.state.experiment, s.state.case.units), values_content, VALUES),
-            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content, WORDS),
-            Part(lambda s: (answer_of(s),), chart_content, PLAYED),
-            Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
-            Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
-            Part(playing_reads, play_content, ("motion-play",)),
-            Part(lambda s: (shown_instead(s),), shown_content, ("motion-shown",)),
-            fading([JOB], *CHARTS, "motion-list"),
-            waiting("motion-wait", self.tab),
+            values_content(state.experiment, state.case.units)
+            | words_content(state.experiment, state.case, reason_of(snapshot))
+            | chart_content(answer)
+            | notes_content(answer, is_before(snapshot))
+            | moment_content(answer, moment_of(snapshot))
+            | play_content(state.in_motion and state.view.playing)
+            | page.html("motion-shown", shown_instead(snapshot))
+            | fading(snapshot, [JOB], *CHARTS, "motion-list")
+            | waiting(snapshot, "motion-wait", self.tab)
         )
 
 
@@ -266,12 +280,8 @@ def shown_instead(snapshot: Snapshot) -> str:
     answer, state = answer_of(snapshot), snapshot.state
     if answer is None or answer.result is None or state.in_motion or state.hold:
         return ""
-    return "the response to the force" if state.forced_response else "natural modes"
-
-
-def playing_reads(snapshot: Snapshot) -> tuple[bool]:
-    """Whether the motion is played."""
-    return (snapshot.state.in_motion and snapshot.state.view.playing,)
+    instead = "natural modes" if snapshot.picture.force is None else "the response to the force"
+    return f"until then the scene shows {instead}"
 
 
 def with_moment(state: State, before: float | None, moment: float | None) -> State:
@@ -483,6 +493,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
 # The charts
 
 
+@lru_cache(16)  # for several visitors: 1 ms of each frame of a motion that plays
 def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     """The charts of a motion, or the reason why there is none."""
     found = answer.result if answer else None
@@ -503,6 +514,7 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     return content | page.html("moment-label", escape(shown.label))
 
 
+@lru_cache(16)
 def notes_content(answer: Answer[MotionRequest, Computed] | None, before: bool) -> Content:
     """What the charts show, in words; before: the motion is that before the last change."""
     found = answer.result if answer else None
@@ -518,10 +530,6 @@ def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float
     shown = times(found.units).factor * min(moment or 0.0, found.film.until)
     line = None if moment is None else {"action": "moment", "x": float(shown)}
     return page.chart(CHARTS[0], {"cursor": line}) | page.value("moment", float(f"{shown:.4g}"))
-
-
-def shown_content(instead: str) -> Content:
-    return page.html("motion-shown", f"until then the scene shows {instead}" if instead else "")
 
 
 def play_content(playing: bool) -> Content:

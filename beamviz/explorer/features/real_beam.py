@@ -16,7 +16,7 @@ from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Choice, name_key
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Refused, State
@@ -403,11 +403,10 @@ class RealBeamPanel(Feature):
             "dimensionless", lambda _: self.load("", lambda beam: beam.replace(units=None))
         )
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(panel_reads, panel_content, ("real-beam",)),
-            Part(lambda s: (s.state.case,), presets_content, ("real.preset", "blade.preset")),
+    def content(self, snapshot: Snapshot) -> Content:
+        state = snapshot.state
+        return panel_content(state.case, state[SECTION], state.refused) | presets_content(
+            state.case
         )
 
     def edit(self, name: str, value: Any) -> None:
@@ -468,12 +467,6 @@ def load(
             changed = replace(scene, beam=beam, camera=None)
             kept = with_sizes(state[SECTION])
             visitor.change(lambda state: then(kept(state.loaded(changed))), loads=True)
-
-
-def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The beam, the kind of section whose dimensions are shown, and the entry that was refused."""
-    state = snapshot.state
-    return state.case, state[SECTION], state.refused
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:

@@ -2,7 +2,7 @@
 the scene shows the steady forced response at each speed."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
@@ -15,12 +15,13 @@ from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import cursor
 from beamviz.explorer.declarations import Choice, Tab, number_key
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
+from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import PER_REV, ViewOptions, clip
@@ -65,25 +66,13 @@ def answer_of(inputs: Inputs) -> Answer[RunUpRequest, RunUp] | None:
     return answer if answer and answer.request == RunUpRequest.of(inputs.state) else None
 
 
-def run_of(inputs: Inputs) -> RunUp | None:
-    answer = answer_of(inputs)
-    return answer.result if answer else None
-
-
-def response_reads(inputs: Inputs) -> tuple[Any, ...]:
-    """What `response_drawn` depends on; it is shown from the start until a mode is chosen."""
-    state = inputs.state
-    shown = state.forced_response and not state.view.all_modes
-    return (run_of(inputs) if shown else None), inputs.answer, state.view, inputs.scale
-
-
 def response_drawn(
-    run: RunUp | None, answer: SolverAnswer | None, view: ViewOptions, scale: float
+    run: RunUp, answer: SolverAnswer, view: ViewOptions, scale: float
 ) -> DrawnBeam | None:
     """The response at the speed of an answer, as the only mode of the beam, with the phase of the
     force, and the colours of the whole run-up; scale: [pixels per beam length]. None without
     one."""
-    if run is None or answer is None or answer.solution is None:
+    if answer.solution is None:
         return None
     shapes = answer.shapes
     field = scaled_response(run, answer.solution, shapes.x, view.amplitude)
@@ -180,14 +169,27 @@ class RunUpTab(Feature):
         is_shown = state.forced_response or state.tab == self.tab.key
         return {JOB: RunUpRequest.of(state)} if is_shown else {}
 
-    @property
-    def parts(self) -> Iterable[Part]:
+    def picture(self, inputs: Inputs, picture: Picture) -> Picture:
+        """The response, from the start until a mode is chosen."""
+        state, answer, run = inputs.state, inputs.answer, answer_of(inputs)
+        if state.run_speed is not None:
+            picture = replace(picture, plays=True)
+        if not (state.forced_response and run and run.result and answer):
+            return picture
+        drawn = None
+        if not state.view.all_modes:
+            drawn = response_drawn(run.result, answer, state.view, inputs.scale)
+        force = state.force_per_rev * answer.shapes.beam.gamma
+        return replace(picture, drawn=drawn, force=force) if drawn else picture
+
+    def content(self, snapshot: Snapshot) -> Content:
+        answer, running = answer_of(snapshot), snapshot.state.run_speed is not None
         return (
-            Part(lambda s: (s.state.run_speed is not None,), button_content, ("run-up-button",)),
-            Part(lambda s: (answer_of(s),), chart_content, SHOWN),
-            Part(lambda s: (run_of(s), s.entered_beam), line_content, ("run-up-chart",)),
-            fading([JOB], *SHOWN),
-            waiting("run-up-chart-wait", self.tab),
+            page.html("run-up-button", "Stop" if running else "Run up from rest")
+            | chart_content(answer)
+            | line_content(answer.result if answer else None, snapshot.entered_beam)
+            | fading(snapshot, [JOB], *SHOWN)
+            | waiting(snapshot, "run-up-chart-wait", self.tab)
         )
 
 
@@ -197,10 +199,6 @@ def started_or_stopped(state: State) -> State:
     if state.run_speed is not None:
         return replace(state, run_speed=None)
     return started(state) if state.case.in_range else state
-
-
-def button_content(running: bool) -> Content:
-    return page.html("run-up-button", "Stop" if running else "Run up from rest")
 
 
 def chart_content(answer: Answer[RunUpRequest, RunUp] | None) -> Content:

@@ -2,8 +2,9 @@
 forces, and the mode shapes before, at and after it."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from html import escape
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from beamviz.explorer.computed_loci import (
     lines_of,
 )
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons, no_chart
 from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
@@ -193,22 +194,18 @@ class VeeringTab(Feature):
             return {JOB: VeeringRequest(charts.request, event)}
         return {JOB: PENDING if charts is None and snapshot.beam else None}
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(self.reads, event_content, SHOWN),
-            Part(lambda s: (*self.reads(s), s.entered_beam), line_content, ("veering-chart",)),
-            fading([CHART, JOB], *SHOWN),
-            waiting("veering-chart-wait", self.tab),
-        )
-
-    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+    def content(self, snapshot: Snapshot) -> Content:
         """The last chart, and the last answer if that has an event to show; neither while the tab
         is closed."""
-        if snapshot.state.tab != self.tab.key:
-            return None, None
-        charts = snapshot.job_answer(CHART)
-        return charts, (snapshot.job_answer(JOB) if nearest_event(charts, snapshot) else None)
+        is_open = snapshot.state.tab == self.tab.key
+        charts = snapshot.job_answer(CHART) if is_open else None
+        answer = snapshot.job_answer(JOB) if nearest_event(charts, snapshot) else None
+        return (
+            event_content(charts, answer)
+            | line_content(charts, answer, snapshot.entered_beam)
+            | fading(snapshot, [CHART, JOB], *SHOWN)
+            | waiting(snapshot, "veering-chart-wait", self.tab)
+        )
 
 
 ChartAnswer = Answer[ChartRequest, Chart]
@@ -222,6 +219,7 @@ def nearest_event(charts: ChartAnswer | None, snapshot: Snapshot) -> Event | Non
     return charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
+@lru_cache(16)  # for several visitors: 1 ms of each frame with an edit
 def event_content(
     charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
 ) -> Content:

@@ -32,10 +32,13 @@ ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = (
     "server/viser.css",
     "drawing/captions.css",
-    *(f"explorer/page/{name}.css" for name in ("page", "chart")),
+    "drawing/plain_scene.css",
+    *(f"explorer/page/{name}.css" for name in ("page", "chart", "first_picture")),
 )
 SCRIPTS = (
+    "server/webgl.js",
     "server/viser.js",
+    "drawing/plain_scene.js",
     "drawing/captions.js",
     *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map")),
 )
@@ -72,9 +75,12 @@ class Action(NamedTuple):
     max_text: int
 
 
-def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
+def insert_page(
+    viser_page: str, tabs: Mapping[str, tuple[str, str]], first_picture: str = ""
+) -> str:
     """viser's page with our elements around its scene, our style and our scripts. tabs: names and
-    contents (HTML) by key, in their order."""
+    contents (HTML) by key, in their order; first_picture: HTML in place of the scene until that has
+    come."""
     style, script = package_text(*STYLES), package_text(*SCRIPTS)
     heads = panels = ""
     for k, (key, (name, content)) in enumerate(tabs.items()):
@@ -87,7 +93,7 @@ def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
         f"<tr><td>{parameter.symbol}</td><td>{parameter.label}</td><td>{parameter.formula}</td></tr>"
         for parameter in PARAMETERS.values()
     )
-    parts = {"tabs": heads, "panels": panels, "symbols": symbols}
+    parts = {"tabs": heads, "panels": panels, "symbols": symbols, "first_picture": first_picture}
     markup = package_text("explorer/page/page.html").format(**parts)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")

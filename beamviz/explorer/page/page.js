@@ -42,6 +42,7 @@ const beamviz = (() => {
   const targetOf = (event) => /** @type {Part} */ (event.target);
   /** @param {string} query */
   const media = (query) => matchMedia(`(${query})`);
+  const opensLink = location.search !== ""; // not the scene of which the first picture may be
   const replaceAddress = beamvizViser.ownAddress();
   /** @param {Part} e */
   const isTyped = (e) => e.matches?.("input[type=text], textarea, select");
@@ -640,6 +641,8 @@ const beamviz = (() => {
     beamvizViser.watchConnection((isConnected) => byId("offline")[isConnected ? "close" : "show"]());
     byId("restarted").hidden = window === window.parent; // not in the frame of a cell
     beamvizViser.quietPointer();
+    found("first-picture")?.classList.toggle("opening", !opensLink);
+    beamvizPlainScene.start(byId("caption-layer"));
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {

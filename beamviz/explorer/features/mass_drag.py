@@ -4,27 +4,26 @@ from dataclasses import replace
 
 import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
-from viser.transforms import SO3
 
-from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import SampledModes
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.feature import Feature
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.state import Grip, Ray, State
-from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.view import Picture, SceneView
 
 COORDINATES = np.linspace(0.0, 1.0, 2001)  # of points of the beam that may be under the pointer
 SETTLED = 0.002  # change of beta below which the mass is under the pointer
 PARALLEL = 0.03  # sine of the angle between view and beam below which no position is defined
 
 
-class MassDrag:
+class MassDrag(Feature):
     """Sets the position of a body while it is dragged; meanwhile the clock stops and the scene
     keeps its place. What is known of the drag is the `grip` of the state."""
 
-    def __init__(self, visitor: Visitor, view: BeamView):
-        self.visitor, self.view = visitor, view
-        for node in view.bodies.nodes:
+    def add_to(self, view: SceneView) -> None:
+        self.scene, self.view = view, view.beam
+        for node in self.view.bodies.nodes:
             node.on_drag(self.dragged)
             node.on_click(self.clicked)
 
@@ -38,7 +37,7 @@ class MassDrag:
             if grip:
                 visitor.update(let_go)
             return
-        sight = self.line_of_sight(np.asarray(event.end_position, float))
+        sight = self.scene.line_of_sight(np.asarray(event.end_position, float))
         x = nearest_coordinate(self.view.shapes, sight)
         if x is None:
             return
@@ -54,7 +53,13 @@ class MassDrag:
         grip = replace(grip, sight=sight)
         visitor.change(lambda state: moved(replace(state, grip=grip), x))
 
-    def react(self, snapshot: Snapshot) -> None:
+    def picture(self, inputs: Inputs, picture: Picture) -> Picture:
+        grip = inputs.state.grip
+        if grip is None:
+            return picture
+        return replace(picture, held=True, plays=False if grip.held else picture.plays)
+
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Move the body under the pointer again if the shape of the beam has changed since; after
         the drag once more, and let go of it."""
         visitor, grip = self.visitor, snapshot.state.grip
@@ -66,12 +71,6 @@ class MassDrag:
             visitor.change(lambda state: moved(state, x))
         if not grip.held:
             visitor.update(lambda state: replace(state, grip=None))
-
-    def line_of_sight(self, point: np.ndarray) -> Ray:
-        """The present line of sight through a point (3,) of the scene."""
-        turn_back = SO3(np.array(self.view.rotor.wxyz)).inverse()
-        eye, middle = np.array(self.visitor.client.camera.position), self.view.frame.position
-        return turn_back.apply(eye - middle), turn_back.apply(point - middle)
 
 
 def let_go(state: State) -> State:

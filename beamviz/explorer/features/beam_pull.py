@@ -2,25 +2,23 @@
 a motion is played."""
 
 import itertools
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import trimesh
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 
-from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
-from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.errors import InvalidInput
 from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move
 from beamviz.explorer.experiment import RANGES
+from beamviz.explorer.feature import Feature
+from beamviz.explorer.features.mass_drag import nearest
 from beamviz.explorer.features.motion import MotionTab, begun
-from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Hold, Ray, State
-from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.view import SceneView
 
 LEAST_PLACE = 0.1  # of the beam, at which it can be pulled
 TIP = 0.93  # from which on it is pulled at its tip
@@ -32,24 +30,17 @@ SLEEVE = 0.1  # [L] its width, wide enough for a finger
 NUMBERS = itertools.count(1)  # of the pulls of all visitors
 
 
-class BeamPull:
+class BeamPull(Feature):
     """Holds the beam under the pointer. What is known of it is the `hold` of the state.
 
     sleeve: invisible boxes around the beam, always as many, that take the pointer: a drag of the
     beam itself would end whenever it is drawn in another number of pieces.
     """
 
-    def __init__(
-        self,
-        visitor: Visitor,
-        scene: DrawnScene,
-        view: BeamView,
-        line_of_sight: Callable[[np.ndarray], Ray],
-    ):
-        self.visitor, self.scene, self.view = visitor, scene, view
-        self.line_of_sight, self.offered = line_of_sight, False
-        name = "/scene/rotor/sleeve"
-        self.sleeve = add_instances(scene, name, trimesh.creation.box(), PIECES, opacity=0.0)
+    def add_to(self, view: SceneView) -> None:
+        self.scene, self.view, self.offered = view, view.beam, False
+        name, box = "/scene/rotor/sleeve", trimesh.creation.box()
+        self.sleeve = add_instances(view.graph, name, box, PIECES, opacity=0.0)
         self.sleeve.visible = False
 
     def move(self, snapshot: Snapshot) -> None:
@@ -66,7 +57,7 @@ class BeamPull:
         line = np.column_stack([*columns])
         centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
         placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
-        self.scene.set_properties(self.sleeve, **placed)
+        self.scene.graph.set_properties(self.sleeve, **placed)
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
@@ -76,7 +67,7 @@ class BeamPull:
                 released = hold._replace(held=False)
                 visitor.update(lambda state: replace(state, hold=released))
             return
-        sight = self.line_of_sight(np.asarray(event.end_position, float))
+        sight = self.scene.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
         if hold is None or not hold.held:
             x = nearest(self.view.line, self.view.shapes.x, *sight)
@@ -88,7 +79,7 @@ class BeamPull:
             hold = hold._replace(deflection=deflection)
             visitor.change(lambda state: replace(state, hold=hold))
 
-    def react(self, snapshot: Snapshot) -> None:
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Let go of the beam after a drag."""
         visitor, hold = self.visitor, snapshot.state.hold
         if hold is None or hold.held or visitor.state is not snapshot.state:

@@ -17,10 +17,13 @@ from beamviz.checks import check_float
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
-from beamviz.explorer.declarations import Choice, features
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.declarations import Choice, tabs
+from beamviz.explorer.feature import Feature
+from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.lessons import GUESS, begun, check_guess
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import within_limits
 from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, Case, History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import check_keys
@@ -80,22 +83,8 @@ DIFFERENCES = {BEFORE: check_before, ENTERED: check_entered}
 
 def linked_choices() -> dict[str, Choice[Any]]:
     """The choices that links know, by their keys."""
-    declared = (*SHARED.values(), *(choice for kind in features() for choice in kind.choices))
+    declared = (*SHARED.values(), *(choice for kind in PAGE for choice in kind.choices))
     return {choice.key.name: choice for choice in declared if choice.key}
-
-
-# Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
-PAGE_LIMITS = {"elements": 200, "terms": 100}
-
-
-def within_limits(scene: Scene) -> Scene:
-    """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
-    options = [scene.options, scene.second_scene.options]
-    for name, most in PAGE_LIMITS.items():
-        if (value := max(one.get(name) or 0 for one in options)) > most:
-            limit = f"a page solves with at most {most}; the command line takes more"
-            raise InvalidInput(f"{name} = {value}: {limit}")
-    return scene
 
 
 class Link(NamedTuple):
@@ -191,6 +180,8 @@ def described(keys: dict[str, Any]) -> Link:
     for key, choice in choices.items():
         if choice.key and key in keys:
             values[choice.name] = choice.key.read(keys[key])
+    if "tab" in values:
+        check_choice("tab", values["tab"], tuple(tabs(PAGE)))
     if GUESS.name in values:
         check_guess(values[GUESS.name], values.get("lesson", ""))
     values |= {key: check(keys[key]) for key, check in DIFFERENCES.items() if key in keys}
@@ -268,12 +259,12 @@ class Links(Feature):
             title = "Opened without a part of the link" if link.scene else "The link is not valid"
             self.page.say(f"{title}:\n{listed(link.refused)}", error=True)
 
-    @property
-    def parts(self) -> Iterable[Part]:
-        return (
-            Part(lambda s: (s.state,), self.address, ("copy-link",)),
-            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content, ()),
-        )
+    def content(self, snapshot: Snapshot) -> Content:
+        """The address, and the scene, which is hidden until it is that of the address for the first
+        time."""
+        state = snapshot.state
+        is_shown = state.reserved is not None and snapshot.settled
+        return self.address(state) | (page.props("scene", data_ready="") if is_shown else {})
 
     def address(self, state: State) -> Content:
         """The address of the state, unless the page has not sent its own; none, with the reason,
@@ -287,11 +278,6 @@ class Links(Feature):
             reason = str(error)
         found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
         return found | page.props("copy-link", disabled=bool(reason), title=reason or None)
-
-
-def shown_content(is_shown: bool) -> Content:
-    """The scene, which is hidden until it is that of the address for the first time."""
-    return page.props("scene", data_ready="") if is_shown else {}
 
 
 def query_of(state: State, first: State) -> str:
@@ -354,3 +340,6 @@ def inline_table(case: Case, other: Case) -> str:
     known = (*NUMBERS, *CHOICES, *TERMS)
     changed = {k: v for k, v in values.items() if k in known and not is_same(v, others[k])}
     return inline_toml(changed) if changed else ""
+
+
+PAGE: tuple[type[Feature], ...] = (*FEATURES, Links)  # all features of the page
