@@ -319,6 +319,9 @@ def mode_table(
 
 
 @lru_cache(256)
+FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
+
+
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (0-based) alone, in the colour of its family."""
     own = {"data_do": "only", "data_value": k, "data_key": str(k + 1) if k < 9 else None}
@@ -329,8 +332,7 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
 
 def plain_name(label: str) -> str:
     """The name of a mode for readers who do not know its label: "2nd bending" for B2."""
-    family = "stretching" if label.startswith("S") else "bending"
-    number = label.lstrip("SB")
+    family, number = FAMILY_NAMES[label[0]], label[1:]
     ending = {"1": "st", "2": "nd", "3": "rd"}.get(number, "th")
     return f"{number}{ending} {family}"
 
