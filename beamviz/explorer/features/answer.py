@@ -39,6 +39,7 @@ STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of stability
+FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
@@ -306,7 +307,7 @@ def mode_table(
     rows = "".join(
         f'<tr data-do="only" data-value="{k}" data-row="{label}"'
         f"{' class=shown' if k in shown else ''}>"
-        f"<td>{mode_button(k, label, solution.families[k], k in shown)}"
+        f"<td>{mode_button(k, label, style_of(label, solution.families[k]), k in shown)}"
         f"{strip(shapes.nodes[k])}</td>"
         f"{numbers(solution, k)}<td>{amount(k, label)}</td></tr>"
         for k, label in enumerate(modes.labels)
@@ -318,10 +319,12 @@ def mode_table(
     return f'{note}{table}<p class="soft">{escape(modes.summary)}</p>'
 
 
+def style_of(label: str, family: str) -> str:
+    """The style of a mode of this label: its family, in place of bending flap or lag."""
+    return FAMILY_NAMES[label[0]] if family == "bending" else family
+
+
 @lru_cache(256)
-FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
-
-
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (0-based) alone, in the colour of its family."""
     own = {"data_do": "only", "data_value": k, "data_key": str(k + 1) if k < 9 else None}
