@@ -558,3 +558,9 @@ def test_a_mass_is_let_go_of_beyond_the_tip(guest, session):
     guest.choose("ghosts", False, until=lambda _: not session.visitor.state.view.ghosts)
     wait_until(lambda: session.visitor.state.grip is None)
     assert session.visitor.state.case.numbers["beta"] == 1.0
+
+
+def test_both_planes_have_their_modes_on_the_page(guest):
+    """Flap and lag by name, and the page says so without an error."""
+    guest.edit(plane="both", flap=0.1, pitch=30.0)
+    guest.do("gamma", 5.0, until="1st flap")

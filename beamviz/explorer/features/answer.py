@@ -276,7 +276,7 @@ def state_switch(answer: SolverAnswer) -> str:
 def stretch_text(shapes: SampledModes, speed: str) -> str:
     """The elongation of the beam by rotation, of a real beam with its speed, if that is given; for
     a bent beam the position of its tip."""
-    beam, (x, y) = shapes.beam, shapes.centreline[-1]
+    beam, (x, y) = shapes.beam, shapes.centreline[-1, :2]
     if shapes.centreline[:, 1].any():
         if beam.units is None:
             return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
