@@ -113,8 +113,7 @@ SECTION = {  # of bending in space
         " proportion to x between them",
     ),
 }
-PLANAR_NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP}  # of a beam that bends in one plane
-NUMBERS = {**PLANAR_NUMBERS, **SECTION}
+NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP, **SECTION}
 MAX_GAMMA_OVER_MU = 5.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 

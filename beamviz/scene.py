@@ -307,7 +307,7 @@ class Scene:
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
         """`base` with the values of a link's query (see `parse_query`). Raises InvalidInput."""
         base = base or cls()
-        in_si = any(key in SI_KEYS and key not in STRUCTURE for key in query)
+        in_si = any(key in SI_KEYS and key not in LINKED["beam"] for key in query)
         si = {key: value for key, value in query.items() if in_si and key in SI_KEYS}
         if si:
             physical = PhysicalBeam.of(check_si_table(si, "the link"))

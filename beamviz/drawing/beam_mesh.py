@@ -10,23 +10,43 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.sizes import sections
+from beamviz.drawing.sizes import section_size, sections, turns
 from beamviz.scene import ViewOptions
 
-NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
+# Of the planes of motion; in both planes that of a section which is not turned.
+NORMALS = {
+    "chordwise": np.array([0.0, 0.0, 1.0]),
+    "flapwise": np.array([0.0, -1.0, 0.0]),
+    "both": np.array([0.0, 0.0, 1.0]),
+}
 MAX_WEDGE = math.tan(0.5)  # of a bend by 1 rad
+ROUNDED_TURN = 1e-300  # in place of the sine 0 of an angle: its axis is 0 then
 # Thickness in the plane of motion and breadth along its normal: of all pieces (2,), or at the start
 # and the end of each (n - 1, 2, 2).
 Section = tuple[float, float] | NDArray
 
 
 def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) in the hub's frame of a line (n, 2) measured from the clamp, and the normal
-    (3,) of the plane of motion. Across the beam is y for chordwise and z for flapwise."""
+    """Points (n, 3) in the hub's frame of a line (n, c) measured from the clamp, and the normal
+    (3,) of the plane of motion, or that of the breadth of each section (n, 3) of an undeformed beam
+    where they are turned. Across the beam is y in the plane of rotation and z out of it."""
     points = np.zeros((len(centreline), 3))
-    points[:, 0] = shapes.beam.delta + centreline[:, 0]
-    points[:, 1 if shapes.plane == "chordwise" else 2] = centreline[:, 1]
-    return points, NORMALS[shapes.plane]
+    points[:, 0] = centreline[:, 0]
+    if shapes.plane == "both":
+        points[:, 1:] = centreline[:, 1:]
+    else:
+        points[:, 1 if shapes.plane == "chordwise" else 2] = centreline[:, 1]
+    points[:, 0] += shapes.beam.delta
+    return points, normals(shapes, shapes.x)
+
+
+def normals(shapes: SampledModes, x: np.ndarray) -> np.ndarray:
+    """The normal (3,) of the plane of motion, or of the breadth of each section (n, 3) at x (n,) of
+    an undeformed beam where they are turned."""
+    turn = turns(shapes.beam, x) if shapes.plane == "both" else np.zeros(0)
+    if not turn.any():
+        return NORMALS[shapes.plane]
+    return np.stack([0 * turn, -np.sin(turn), np.cos(turn)], 1)
 
 
 def extents(section: Section, normal: np.ndarray) -> np.ndarray:
@@ -50,14 +70,16 @@ def swept(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The closed surface of a rectangular section swept along `points` (n, 3).
 
+    normal: of the breadth of the undeformed beam along x, (3,) or of each section (n, 3).
     Returns vertices (4 r, 3) of its r `rings` and triangles (8 r - 4, 3), facing outwards.
     """
     tangents = np.gradient(points, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     point, sizes = rings(len(points), section)
     points, tangents = points[point], tangents[point]
-    side = np.cross(normal, tangents) * sizes[:, :1] / 2
-    up = normal * sizes[:, 1:] / 2
+    up = bent(normal if normal.ndim == 1 else normal[point], tangents)
+    side = np.cross(up, tangents) * sizes[:, :1] / 2
+    up = up * sizes[:, 1:] / 2
     corners = np.stack(
         [points + side + up, points - side + up, points - side - up, points + side - up], 1
     )
@@ -86,26 +108,70 @@ def segments(
     points: np.ndarray, normal: np.ndarray, section: Section
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The surface of `swept` as n - 1 transformed unit boxes, which may differ in colour; each has
-    the mean of the sections at its ends.
+    the mean of the sections at its ends, and the mean of their angles.
 
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     extended to close the wedge to its neighbours on the outside of a bend.
     """
     section = np.asarray(section)
     section = section.mean(axis=1) if section.ndim == 3 else section[None]
-    across = np.array([0.0, normal[2], -normal[1]])  # normal x (1, 0, 0)
-    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
-    direction = np.arctan2(aside, along)
-    wedge = np.zeros(len(points))
-    wedge[1:-1] = np.abs(np.tan((direction[1:] - direction[:-1]) / 2))
-    wedge = np.minimum(wedge, MAX_WEDGE)  # bounded where the beam is folded
-    sizes = np.empty((len(direction), 3))
-    sizes[:] = extents(section, normal)
-    sizes[:, 0] = np.hypot(along, aside) + section[:, 0] / 2 * (wedge[:-1] + wedge[1:])
-    wxyz = np.empty((len(direction), 4))
-    wxyz[:, 0] = np.cos(direction / 2)
-    wxyz[:, 1:] = np.sin(direction / 2)[:, None] * normal
-    return (points[:-1] + points[1:]) / 2, wxyz, sizes
+    steps = points[1:] - points[:-1]
+    lengths = np.linalg.norm(steps, axis=1)
+    tangents = steps / lengths[:, None]
+    turn = piece_turns(normal, len(tangents))
+    plane_normal = normal if normal.ndim == 1 else NORMALS["both"]
+    sizes = np.empty((len(tangents), 3))
+    sizes[:] = extents(section, plane_normal)
+    # The sides of a box along its y and its z, which a bend about one axis moves the ends of.
+    upright = bent(np.stack([0 * turn, -np.sin(turn), np.cos(turn)], 1), tangents)  # z of the box
+    level = np.cross(upright, tangents)
+    wedge = np.zeros(points.shape)  # about its axis
+    wedge[1:-1] = wedges(tangents)
+    sides = [
+        np.abs((wedge[:-1] * side).sum(1)) + np.abs((wedge[1:] * side).sum(1))
+        for side in (upright, level)
+    ]
+    sizes[:, 0] = lengths + (sizes[:, 1] * sides[0] + sizes[:, 2] * sides[1]) / 2
+    return (points[:-1] + points[1:]) / 2, orientations(tangents, turn, plane_normal), sizes
+
+
+def piece_turns(normal: np.ndarray, count: int) -> np.ndarray:
+    """The angles (n - 1,) [rad] by which `count` pieces are turned about the axis of the beam, the
+    mean of those of the normals (n, 3) at their ends; 0 of a single normal (3,)."""
+    if normal.ndim == 1:
+        return np.zeros(count)
+    angles = np.unwrap(np.arctan2(-normal[:, 1], normal[:, 2]))
+    return (angles[1:] + angles[:-1]) / 2
+
+
+def bent(normal: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+    """Normals (n, 3) of a straight beam along x, rotated with it to the direction of `tangents`
+    (n, 3) without torsion: about the axis w = (1, 0, 0) x tangent, by Rodrigues' formula."""
+    axis = np.stack([0 * tangents[:, 0], -tangents[:, 2], tangents[:, 1]], 1)
+    once = np.cross(axis, normal)
+    return normal + once + np.cross(axis, once) / np.maximum(1 + tangents[:, :1], ROUNDED_TURN)
+
+
+def wedges(tangents: np.ndarray) -> np.ndarray:
+    """The tangents of half the angles between pieces, bounded where the beam is folded, along the
+    axes of these angles (n - 2, 3)."""
+    axis = np.cross(tangents[:-1], tangents[1:])
+    sine = np.linalg.norm(axis, axis=1)
+    half = np.arctan2(sine, (tangents[:-1] * tangents[1:]).sum(axis=1)) / 2
+    size = np.minimum(np.abs(np.tan(half)), MAX_WEDGE)
+    return axis * (size / np.maximum(sine, ROUNDED_TURN))[:, None]
+
+
+def orientations(tangents: np.ndarray, turn: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """The quaternions wxyz (n, 4) of a turn (n,) about x and then a rotation to `tangents` without
+    torsion, of a piece that is folded back about `normal`."""
+    _, y, z = tangents.T
+    sine = np.hypot(y, z)
+    axis = np.where(sine > 0, np.stack([-z, y]) / np.maximum(sine, ROUNDED_TURN), normal[1:, None])
+    half = np.arctan2(sine, tangents[:, 0]) / 2
+    w, (y, z) = np.cos(half), np.sin(half) * axis
+    c, s = np.cos(turn / 2), np.sin(turn / 2)
+    return np.stack([w * c, w * s, y * c + z * s, z * c - y * s], 1)
 
 
 MAX_PIECES = 256
@@ -148,9 +214,8 @@ class DrawnBeam:
             largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()
             return max(float(largest), LEAST_STRAIN)
         if (largest := self.shapes.largest) is None:
-            along, across = np.moveaxis(np.abs(self.shapes.modes), 2, 0)  # (m, n) each
-            both = np.hypot(self.amplitudes @ along, self.amplitudes @ across)
-            largest = float(both.max(initial=0.0))
+            components = np.tensordot(self.amplitudes, np.abs(self.shapes.modes), 1)  # (n, c)
+            largest = float(np.linalg.norm(components, axis=1).max(initial=0.0))
         return max(largest, LEAST_DISPLACEMENT)
 
     @property
@@ -212,11 +277,11 @@ def required_density(drawn: DrawnBeam, *, one_colour: bool) -> np.ndarray:
     moving = drawn.amplitudes[shown, None, None] * shapes.modes[shown]
     fields = np.concatenate([shapes.centreline[None], moving])
     slope, bend = derivatives(shapes, fields)
-    along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
+    along, across = np.abs(slope[1:, :, 0]), np.linalg.norm(slope[1:, :, 1:], axis=2)
     axial = bend[..., 0].sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - along.sum(axis=0), 0.1)
     steep = np.minimum(across.sum(axis=0) / stretch, 1.0)
-    curvature = bend[..., 1].sum(axis=0) + axial * steep
+    curvature = np.linalg.norm(bend[..., 1:], axis=2).sum(axis=0) + axial * steep
     if drawn.view.colouring == "axial strain":
         colour = axial / (2 * drawn.largest)
     else:
@@ -226,11 +291,15 @@ def required_density(drawn: DrawnBeam, *, one_colour: bool) -> np.ndarray:
         sizes = sections(shapes.beam, shapes.plane, shapes.x, drawn.view.thicken)
         change = np.abs(sizes[:, 1] - sizes[:, 0]).max(axis=1) / np.diff(shapes.x)
         density = np.maximum(density, change * drawn.scale / STEP_OF_SECTION)
+    if shapes.plane == "both":
+        radius = np.linalg.norm(section_size(shapes.beam, drawn.view.thicken)) / 2
+        rate = np.abs(np.diff(turns(shapes.beam, shapes.x))) / np.diff(shapes.x)
+        density = np.maximum(density, radius * rate * drawn.scale / STEP_OF_SECTION)
     return density if one_colour else np.maximum(density, colour / STEP)
 
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First derivative (k, n - 1, 2) of fields (k, n, 2) along x, between stations, and the size of
+    """First derivative (k, n - 1, c) of fields (k, n, c) along x, between stations, and the size of
     the second one, taken as 0 where the stretch may jump."""
     step = (shapes.x[1:] - shapes.x[:-1])[:, None]
     slope = (fields[:, 1:] - fields[:, :-1]) / step

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 FIELD_OF_VIEW = math.radians(24)  # vertical
 TALL = math.tan(FIELD_OF_VIEW / 2)  # half the height of the picture at distance 1
 # Directions from the middle of the picture to the camera, in the rotating and the stationary frame.
-ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
+ROTATING_DIRECTIONS = {
+    "chordwise": (-0.3, -1.0, 0.8),
+    "flapwise": (-0.3, -1.0, 0.45),
+    "both": (-0.3, -1.0, 0.6),
+}
 FIXED_DIRECTION = (0.0, -1.0, 0.85)
 ROOM = 0.2  # [beam lengths] half the width that the picture contains for the motion of the beam
 MARGIN = 0.1  # [beam lengths] width that the picture contains around the hub

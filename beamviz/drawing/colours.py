@@ -54,17 +54,17 @@ def linear(colours: Any) -> np.ndarray:
 
 
 def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, 2)."""
+    """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, c)."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
     return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
 
 
 def scaled(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """Positions (n - 1,) in 0 .. 1 on the colour map, for a beam displaced by `moved` (n, 2)."""
+    """Positions (n - 1,) in 0 .. 1 on the colour map, for a beam displaced by `moved` (n, c)."""
     if name == "axial strain":
         return 0.5 + 0.5 * axial_strain(shapes, moved) / largest
     middle = moved[:-1] + moved[1:]
-    return np.hypot(middle[:, 0], middle[:, 1]) / (2 * largest)
+    return np.linalg.norm(middle, axis=1) / (2 * largest)
 
 
 # The colour maps as bytes (STEPS, 3) of linear light.

@@ -11,7 +11,6 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
 from beamviz.drawing.sizes import drawn_bodies, jumps
-from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import Solution
 
@@ -26,16 +25,20 @@ MAX_STRAIN = 0.6  # of the displacement drawn; at 1 the beam would be folded
 
 @dataclass(frozen=True)
 class SampledModes:
-    """Equilibrium and mode shapes of a solution at some stations [beam lengths from the clamp]."""
+    """Equilibrium and mode shapes of a solution at some stations [beam lengths from the clamp].
+
+    Vectors have c = 2 components, along the beam and across it in its plane; where it bends in both
+    planes c = 3: along it, in the plane of rotation, out of it.
+    """
 
     beam: Beam
     plane: str
     x: np.ndarray  # (n,) stations
-    centreline: np.ndarray  # (n, 2) the equilibrium, along and across the beam
+    centreline: np.ndarray  # (n, c) the equilibrium
     strain: np.ndarray  # (n - 1,) axial strain of the equilibrium
     labels: tuple[str, ...] = ()
     frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (m,)
-    # (m, n, 2) mode shapes with largest displacement 1
+    # (m, n, c) mode shapes with largest displacement 1
     modes: np.ndarray = field(default_factory=lambda: np.zeros((0, STATIONS, 2)))
     limits: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (m,) largest amplitudes
     nodes: Sequence[np.ndarray] = ()  # positions x (j,) of the nodes of each mode
@@ -49,17 +52,14 @@ class SampledModes:
         cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
     ) -> Self:
         """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
-        if solution.problem.in_space:
-            raise InvalidInput(
-                "plane = 'both': the 3D scene shows one plane; solve, loci, sweep and the tables"
-                " and charts of these take both"
-            )
         x = stations(*fixed_places(solution.beam)) if x is None else x
         labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
         centreline, _, angle = equilibrium.curve(x)
+        if solution.problem.in_space:
+            centreline = np.column_stack((centreline, np.zeros(len(x))))
         modes = rotated(local, angle)
         along = local[:, :, 0]
         larger = local[range(len(modes)), :, solution.larger_component]
@@ -81,10 +81,10 @@ class SampledModes:
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without modes, for a beam without a solution."""
-        plane = "chordwise" if plane == "both" else plane
         x = stations(*fixed_places(beam))
-        line, none = np.stack([x, 0 * x], 1), np.zeros((0, len(x), 2))
-        return cls(beam, plane, x, line, np.zeros(len(x) - 1), modes=none)
+        line = np.zeros((len(x), 3 if plane == "both" else 2))
+        line[:, 0] = x
+        return cls(beam, plane, x, line, np.zeros(len(x) - 1), modes=np.zeros((0, *line.shape)))
 
     @cached_property
     def strains(self) -> np.ndarray:
@@ -141,7 +141,8 @@ def stations(mass: float, *others: float) -> np.ndarray:
 
 
 def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Fields (m, n, 2) along and across an axis at angles (n,), in the axes of the hub."""
+    """Fields (m, n, c) along and across an axis at angles (n,) in the plane of motion, in the axes
+    of the hub."""
     if not angle.any():
         return local
     c, s = np.cos(angle), np.sin(angle)
@@ -163,7 +164,7 @@ def node_positions(x: np.ndarray, components: np.ndarray) -> list[np.ndarray]:
 def align_signs(
     modes: np.ndarray, labels: Sequence[str], x: np.ndarray, previous: SampledModes
 ) -> np.ndarray:
-    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the mode of the same label
+    """`modes` (m, n, c), each with the sign (the phase, if complex) of the mode of the same label
     in `previous`: a sign is arbitrary, and would change at random while a slider moves."""
     aligned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
     known = dict(zip(previous.labels, previous.modes, strict=True))
@@ -182,17 +183,17 @@ def align_signs(
 
 
 def displacement(shapes: SampledModes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
-    """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
-    rows = shapes.modes.reshape(len(amplitudes), 2 * len(shapes.x))
+    """Displacement (n, c) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
+    rows = shapes.modes.reshape(len(amplitudes), shapes.centreline.size)
     if np.iscomplexobj(rows):
         moved = ((amplitudes * np.exp(1j * phases)) @ rows).imag
     else:
         moved = (amplitudes * np.sin(phases)) @ rows
-    return moved.reshape(-1, 2)
+    return moved.reshape(shapes.centreline.shape)
 
 
 def axial_strain(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
-    """Axial strain (..., n - 1): of the equilibrium and, to first order, of `moved` (..., n, 2)."""
+    """Axial strain (..., n - 1): of the equilibrium and, to first order, of `moved` (..., n, c)."""
     step = np.diff(shapes.centreline, axis=0)
     tangent = step / np.linalg.norm(step, axis=1, keepdims=True)
     return shapes.strain + (np.diff(moved, axis=-2) * tangent).sum(axis=-1) / np.diff(shapes.x)

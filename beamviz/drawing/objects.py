@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.blade import Mass
 from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import NORMALS, extents, to_hub_frame
+from beamviz.drawing.beam_mesh import NORMALS, extents, normals, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.scene_graph import DrawnScene, Node
 from beamviz.drawing.sizes import box_size, collar_size, drawn_bodies, has_box
@@ -107,9 +107,15 @@ def equilibrium_body(shapes: SampledModes, section: NDArray) -> tuple[np.ndarray
     """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium, with sections
     (n - 1, 2, 2)."""
     points, normal = to_hub_frame(shapes, shapes.centreline)
-    if shapes.beam.blade is None and not shapes.centreline[:, 1].any():
+    if is_prism(shapes) and not shapes.centreline[:, 1].any():
         points, section = points[[0, -1]], section[:1]
+        normal = normal if normal.ndim == 1 else normal[[0, -1]]
     return beam_mesh.swept(points, normal, EQUILIBRIUM_SIZE * section)
+
+
+def is_prism(shapes: SampledModes) -> bool:
+    """Whether all sections of the undeformed beam are alike."""
+    return shapes.beam.blade is None and not (shapes.plane == "both" and shapes.beam.twist)
 
 
 class ReferenceShapes:
@@ -131,10 +137,11 @@ class ReferenceShapes:
         self.outline.visible = self.equilibrium.visible = visible
         if visible:
             set_surface(self.scene, self.equilibrium, *equilibrium_body(shapes, section))
-            x = shapes.x if shapes.beam.blade else np.array([0.0, 1.0])
-            points, normal = to_hub_frame(shapes, np.stack([x, 0 * x], 1))
+            x = np.array([0.0, 1.0]) if is_prism(shapes) else shapes.x
+            points, normal = np.outer(x, [1.0, 0.0, 0.0]), normals(shapes, x)
+            points[:, 0] += shapes.beam.delta
             section = section[: len(x) - 1]
-            outlined = np.concatenate([points.ravel(), normal, section.ravel()])
+            outlined = np.concatenate([points.ravel(), normal.ravel(), section.ravel()])
             if not np.array_equal(outlined, self.outlined):
                 self.outlined = outlined
                 self.outline.points = beam_mesh.outline(points, normal, section)

@@ -64,9 +64,9 @@ class RootJoint:
 
 def half_hub(beam: Beam, plane: str) -> float:
     """Half the size of the hub along the pin, where that may be inside it."""
-    if plane == "chordwise":
-        return (HOOP_HEIGHT if beam.delta < 0 else HUB_HEIGHT) / 2
-    return MIN_HUB if 0 <= beam.delta < MIN_HUB else 0.0
+    if plane == "flapwise":
+        return MIN_HUB if 0 <= beam.delta < MIN_HUB else 0.0
+    return (HOOP_HEIGHT if beam.delta < 0 else HUB_HEIGHT) / 2
 
 
 def fork(eye: float, half: float) -> trimesh.Trimesh:

@@ -31,9 +31,10 @@ NO_MASS = 1e-12  # in place of a mass of 0 that has an inertia
 def section_size(
     beam: Beam, thicken: bool = False, plane: str = "chordwise"
 ) -> tuple[float, float]:
-    """At the root, thickness in the plane of motion and breadth along its normal; h = sqrt(12) / mu
-    in the plane of rotation. They have their true proportion, unless the larger one would be above
-    LARGER."""
+    """At the root, thickness in the plane of motion and breadth along its normal; in both planes
+    those in the plane of rotation and along its normal, before the section is turned. h = sqrt(12)
+    / mu in the plane of rotation. They have their true proportion, unless the larger one would be
+    above LARGER."""
     h = math.sqrt(12) / beam.mu
     flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else beam.flap
     small, large = sorted((h, h * math.sqrt(flap)))
@@ -48,7 +49,7 @@ def relative_sections(blade: Blade, plane: str, x: NDArray, inboard: bool = Fals
     """Thickness and breadth (n, 2) at x (n,) over those at the root, within RELATIVE_SIZES; where
     they jump, as in `Blade.at`."""
     at = np.append(0.0, x)
-    names = ("bending", "flap") if plane == "chordwise" else ("flap", "bending")
+    names = ("flap", "bending") if plane == "flapwise" else ("bending", "flap")
     axial, moving, other = (blade.at(name, at, inboard) for name in ("axial", *names))
     sizes = np.sqrt(np.stack([moving, other], 1) / axial[:, None])
     sizes *= (axial / sizes.prod(axis=1))[:, None] ** 0.25
@@ -65,6 +66,15 @@ def sections(beam: Beam, plane: str, x: NDArray, thicken: bool = False) -> NDArr
         ends = relative_sections(beam.blade, plane, x[1:], inboard=True)
         sizes *= np.stack([starts, ends], 1)
     return sizes
+
+
+def turns(beam: Beam, x: NDArray) -> NDArray:
+    """The angles (n,) [rad] of the section at x (n,) about the axis of the beam, from the plane of
+    rotation towards its axis."""
+    degrees = beam.pitch + beam.twist * x
+    if beam.blade and beam.blade.twist:
+        degrees = degrees + beam.blade.at("twist", x)
+    return np.radians(degrees)
 
 
 def jumps(beam: Beam) -> list[float]:
@@ -112,7 +122,7 @@ def box_size(
     the axis: the box of its mass and inertia, a^2 = 6 (Jy + Jz - Jx) / m, which encloses the
     beam and is not larger than can be shown."""
     section = local_section(beam, body, thicken, plane)
-    y, z = section if plane == "chordwise" else section[::-1]
+    y, z = section[::-1] if plane == "flapwise" else section
     least = (BOX_SIZES[0], BOX_HEIGHT * y, BOX_HEIGHT * z)
     total, mass = sum(body.inertia), max(body.alpha, NO_MASS)
     squares = (6 * (total - 2 * J) / mass for J in body.inertia)

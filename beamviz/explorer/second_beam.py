@@ -26,7 +26,7 @@ LABELS = {
 }
 REASONS = {  # why there is no second beam
     "earlier": f"No beam is kept yet: press “{KEEP}”.",
-    "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
+    "coriolis": "Coriolis forces act in the plane of rotation only: choose it, or both planes.",
     "mass": "There is no mass to double: give the beam one first.",
     "effects": "All effects are on already.",
 }
@@ -42,7 +42,7 @@ def comparison_case(state: State, case: Case) -> ComparisonCase:
         title, other = "auto", case.with_options(method="auto")
     elif choice == "ancf":
         title, other = "20 ANCF elements", case.with_options(method="ancf")
-    elif choice == "coriolis" and options["plane"] == "chordwise":
+    elif choice == "coriolis" and options["plane"] != "flapwise":
         on = not options["coriolis"]
         title, other = f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on)
     elif choice == "mass" and isinstance(alpha, int | float) and alpha:

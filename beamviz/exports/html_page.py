@@ -18,7 +18,16 @@ from numpy.typing import ArrayLike
 from beamviz.beam import Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
-from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, rings, swept, to_hub_frame
+from beamviz.drawing.beam_mesh import (
+    NORMALS,
+    extents,
+    normals,
+    piece_turns,
+    resampled,
+    rings,
+    swept,
+    to_hub_frame,
+)
 from beamviz.drawing.comparison import THIS, compared_rows
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import RING, equilibrium_body
@@ -418,14 +427,15 @@ def beam_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
     """
     shown, sizes, drawn = row.drawn.shown, row.drawn.amplitudes, row.drawn.shapes
     labels = [drawn.labels[k] for k in shown]
-    bends = bool(
-        shown and drawn.solution and drawn.solution.bending_energy_fraction[shown[0]] >= 0.5
-    )
+    component = 0
+    if shown and drawn.solution:
+        larger = int(drawn.solution.larger_component[shown[0]])
+        component = 2 if larger and drawn.plane == "flapwise" else larger
     states = []
     for shape in (resampled(shape, row.shapes.x) for shape in shapes):
         at = [shape.labels.index(label) for label in labels]
         fields = np.minimum(sizes[shown], shape.limits[at])[:, None, None] * shape.modes[at]
-        parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(shape.x), 2)
+        parts = np.stack([fields.real, fields.imag], 1).reshape(-1, *shape.centreline.shape)
         still, *moved = (state(shape, part) for part in (np.zeros_like(shape.centreline), *parts))
         states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
     return {
@@ -435,13 +445,13 @@ def beam_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
         "states": steps(states),
         "ring": RING,
         "ring_colour": row.nodes.colour[0].tolist(),
-        "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
+        "component": component,
     }
 
 
 def beam_record(row: BeamView) -> dict[str, Any]:
     """One beam, but for its motion; see offline_beam.js."""
-    normal, section = NORMALS[row.shapes.plane], row.section.mean(axis=1)
+    shapes, section = row.shapes, row.section.mean(axis=1)
     return {
         "root": row.frame.name,
         "bodies": {
@@ -456,9 +466,8 @@ def beam_record(row: BeamView) -> dict[str, Any]:
             )
             if caption.text
         ],
-        "normal": normal.tolist(),
-        "thicknesses": section[:, 0].tolist(),
-        "sections": extents(section, normal)[:, 1:].tolist(),
+        "turns": piece_turns(normals(shapes, shapes.x), len(section)).tolist(),
+        "sections": extents(section, NORMALS[shapes.plane])[:, 1:].tolist(),
         "capped": row.capped,
         "largest": row.drawn.largest,
         "surface": surface(row) if row.overlay else None,
@@ -467,15 +476,16 @@ def beam_record(row: BeamView) -> dict[str, Any]:
 
 def surface(row: BeamView) -> dict[str, Any]:
     """The surface of a beam that is drawn in one piece, as `swept` makes it."""
-    count, normal = len(row.shapes.x), NORMALS[row.shapes.plane]
+    count, normal = len(row.shapes.x), normals(row.shapes, row.shapes.x)
     point, sizes = rings(count, row.section)
     _, faces = swept(np.linspace([0.0, 0, 0], [1, 0, 0], count), normal, row.section)
     numbers = [(at, *size) for at, size in zip(point.tolist(), sizes.tolist(), strict=True)]
-    return {"rings": numbers, "faces": faces.ravel().tolist()}
+    across = np.broadcast_to(normal, (count, 3))[point]
+    return {"rings": numbers, "normals": across.tolist(), "faces": faces.ravel().tolist()}
 
 
 def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
-    """Points of the axis displaced by `moved` (n, 2) and the strain after each: (n, 4)."""
+    """Points of the axis displaced by `moved` (n, c) and the strain after each: (n, 4)."""
     points, _ = to_hub_frame(shapes, shapes.centreline + moved)
     return np.column_stack([points, np.append(axial_strain(shapes, moved), 0.0)])
 

@@ -17,15 +17,15 @@ interface BodyLabel {
 
 interface Surface {
   rings: Array<[number, number, number]>;
+  normals: Array<[number, number, number]>;
   faces: Array<number>;
 }
 
 interface OfflineBeam {
   root: string;
-  normal: [number, number, number];
   largest: number;
   sections: Array<[number, number]>;
-  thicknesses: Array<number>;
+  turns: Array<number>;
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;
@@ -34,10 +34,9 @@ interface OfflineBeam {
 
 interface VibratingBeam {
   root: string;
-  normal: [number, number, number];
   largest: number;
   sections: Array<[number, number]>;
-  thicknesses: Array<number>;
+  turns: Array<number>;
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;
@@ -52,10 +51,9 @@ interface VibratingBeam {
 
 interface MovedBeam {
   root: string;
-  normal: [number, number, number];
   largest: number;
   sections: Array<[number, number]>;
-  thicknesses: Array<number>;
+  turns: Array<number>;
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;

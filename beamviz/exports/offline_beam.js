@@ -55,21 +55,35 @@ const beamvizOffline = (() => {
       })) });
   }
 
+  /** @type {(a: Vec3, b: Vec3) => Vec3} */
+  const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+  /** @type {(a: Vec3, b: Vec3) => number} */
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  /** @type {(a: Vec3) => Vec3} */
+  const unit = (a) => three(a.map((x) => x / Math.hypot(...a)));
+
+  /**
+   * A normal of the straight beam along x, rotated with it to a direction without torsion.
+   * @param {Vec3} normal
+   * @param {Vec3} tangent
+   */
+  function bent(normal, tangent) {
+    const [x, y, z] = tangent, once = cross([0, -z, y], normal), twice = cross([0, -z, y], once);
+    return three(normal.map((v, j) => v + once[j] + twice[j] / Math.max(1 + x, 1e-300)));
+  }
+
   /**
    * The vertices of a rectangular section swept along points: four of each ring.
    * @param {Vec3[]} points
-   * @param {Vec3} normal of the plane of motion
-   * @param {[number, number, number][]} rings station, thickness and breadth of each
+   * @param {Surface} surface
    */
-  function swept(points, normal, rings) {
-    const [a, b, c] = normal;
-    return rings.flatMap(([i, thickness, breadth]) => {
+  function swept(points, { rings, normals }) {
+    return rings.flatMap(([i, thickness, breadth], k) => {
       const before = points[Math.max(i - 1, 0)], after = points[Math.min(i + 1, points.length - 1)];
-      const step = after.map((x, j) => x - before[j]), length = Math.hypot(...step);
-      const [x, y, z] = step.map((component) => component / length);
-      const side = [b * z - c * y, c * x - a * z, a * y - b * x];
+      const tangent = unit(three(after.map((x, j) => x - before[j])));
+      const up = bent(normals[k], tangent), side = cross(up, tangent);
       return [[1, 1], [-1, 1], [-1, -1], [1, -1]].flatMap(([s, u]) => points[i].map((place, j) =>
-        place + (s * thickness * side[j] + u * breadth * normal[j]) / 2));
+        place + (s * thickness * side[j] + u * breadth * up[j]) / 2));
     });
   }
 
@@ -83,31 +97,45 @@ const beamvizOffline = (() => {
    * @param {number[]} [mode]
    */
   function draw(data, beam, still, moved, mode) {
-    const { root, normal } = beam, now = moved.map((x, i) => x + still[i]);
+    const { root, turns } = beam, now = moved.map((x, i) => x + still[i]);
     /** @type {Vec3[]} */
     const points = [];
     for (let i = 0; i < now.length; i += 4) points.push(three([...now.slice(i, i + 3)]));
     const steps = points.slice(1).map((b, i) => three(b.map((x, j) => x - points[i][j])));
-    const along = steps.map(([x, y, z]) => Math.atan2(normal[2] * y - normal[1] * z, x));
-    const wedge = along.map((direction, i) => // at the start of a piece
-      i && Math.min(Math.abs(Math.tan((direction - along[i - 1]) / 2)), MAX_WEDGE));
+    const tangents = steps.map(unit);
+    const wedges = tangents.map((tangent, i) => { // about the axis of the bend at the start of a piece
+      const axis = cross(tangents[Math.max(i - 1, 0)], tangent), sine = Math.hypot(...axis);
+      const half = Math.atan2(sine, dot(tangents[Math.max(i - 1, 0)], tangent)) / 2;
+      const size = Math.min(Math.abs(Math.tan(half)), MAX_WEDGE) / Math.max(sine, 1e-300);
+      return three(axis.map((x) => x * size));
+    });
+    wedges.push([0, 0, 0]);
+    const wxyzs = tangents.map(([x, y, z], i) => { // of its turn about x, and of its bend
+      const sine = Math.hypot(y, z), half = Math.atan2(sine, x) / 2;
+      const w = Math.cos(half), size = Math.sin(half) / (sine || 1);
+      const c = Math.cos(turns[i] / 2), s = Math.sin(turns[i] / 2);
+      return [w * c, w * s, size * (y * s - z * c), size * (y * c + z * s)];
+    });
     /** @type {(i: number, share: number) => Record<string, number[]>} at a part of the way along a piece */
     const on = (i, share) => ({
       batched_positions: points[i].map((x, j) => x + share * steps[i][j]),
-      batched_wxyzs: [Math.cos(along[i] / 2), ...normal.map((x) => x * Math.sin(along[i] / 2))],
+      batched_wxyzs: wxyzs[i],
     });
     const pieces = steps.map((step, i) => {
       const middle = [0, 1, 2].map((j) => moved[4 * i + j] + moved[4 * i + 4 + j]);
       const value = data.strain ? beam.largest + now[4 * i + 3] : Math.hypot(...middle);
       const share = Math.min(Math.max(value / (2 * beam.largest), 0), 1);
       const colour = 3 * Math.round(share * (data.palette.length / 3 - 1));
-      const wedges = (beam.thicknesses[i] / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
-      const scales = [Math.hypot(...step) + wedges, ...beam.sections[i]];
+      const upright = bent([0, -Math.sin(turns[i]), Math.cos(turns[i])], tangents[i]);
+      const [longer, wider] = [upright, cross(upright, tangents[i])].map((side) =>
+        Math.abs(dot(wedges[i], side)) + Math.abs(dot(wedges[i + 1], side)));
+      const [y, z] = beam.sections[i];
+      const scales = [Math.hypot(...step) + (y * longer + z * wider) / 2, y, z];
       const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
       return { ...on(i, 0.5), batched_scales: scales, ...colours };
     });
     if (beam.surface) {
-      update(`${root}/rotor/body`, [{ vertices: swept(points, normal, beam.surface.rings), faces: beam.surface.faces }]);
+      update(`${root}/rotor/body`, [{ vertices: swept(points, beam.surface), faces: beam.surface.faces }]);
     } else {
       update(`${root}/rotor/beam`, pieces);
       update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));

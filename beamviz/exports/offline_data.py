@@ -36,6 +36,7 @@ class Surface(Record):
     """The surface of a beam that is drawn in a single piece."""
 
     rings: list[tuple[int, float, float]]  # of each section its station, thickness and breadth
+    normals: list[Vec3]  # of the breadth of each section of the undeformed beam
     faces: list[int]  # three vertices of each triangle; a section has four vertices
 
 
@@ -43,10 +44,9 @@ class OfflineBeam(Record):
     """A beam in n pieces, of which the last begins at station n - 1."""
 
     root: str  # name of its node
-    normal: Vec3  # of its plane of motion
     largest: float  # the end of the colour map
     sections: list[tuple[float, float]]  # of each piece
-    thicknesses: list[float]  # of each piece
+    turns: list[float]  # angle [rad] of each piece about the axis of the beam
     capped: list[int]  # the pieces whose ends are seen
     bodies: dict[str, list[int]]  # by the names of their nodes, the stations of their instances
     labels_of_bodies: list[BodyLabel]

@@ -30,6 +30,7 @@ RESPONSE = {"stacked": True, "force_per_rev": 2, "damping": 0.05, "forced_respon
         ("lesson=nodes&gamma=2", (NODES.changed(gamma=2), {"lesson": "nodes"})),
         ("lesson=nodes&step=3&tab=map", (NODES, {"lesson": "nodes", "step": 2, "tab": "map"})),
         ("method=linear&elements=200", (Scene.of(method="linear", elements=200), {})),
+        ("plane=both&pitch=30", (Scene.of(plane="both", pitch=30), {})),
         ("gamma=3&compare=coriolis", (Scene.of(gamma=3), {"comparison": "coriolis"})),
         ("stacked=true&force=2&damping=0.05&response=true", (Scene(), RESPONSE)),
     ],

@@ -23,7 +23,7 @@ from live.server import (
 )
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
-from beamviz.beam import PLANAR_NUMBERS, Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.comparison import number
 from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
@@ -49,7 +49,7 @@ def test_a_visitor_gets_the_table_and_the_scene(guest):
     assert "Drag the mass along" in guest.texts["scene-caption"]
     assert BEAM in guest.nodes
     hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
-    assert len(hints) == len(PLANAR_NUMBERS)
+    assert len(hints) == len(NUMBERS)
     assert all(len(hint) > 60 and not set(hint) & set("αβγδμ") for hint in hints)
 
 
@@ -558,3 +558,9 @@ def test_a_mass_is_let_go_of_beyond_the_tip(guest, session):
     guest.choose("ghosts", False, until=lambda _: not session.visitor.state.view.ghosts)
     wait_until(lambda: session.visitor.state.grip is None)
     assert session.visitor.state.case.numbers["beta"] == 1.0
+
+
+def test_both_planes_have_their_modes_on_the_page(guest):
+    """Flap and lag by name, and the page says so without an error."""
+    guest.edit(plane="both", flap=0.1, pitch=30.0)
+    guest.do("gamma", 5.0, until="1st flap")

@@ -39,6 +39,7 @@ STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of stability
+FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
@@ -275,7 +276,7 @@ def state_switch(answer: SolverAnswer) -> str:
 def stretch_text(shapes: SampledModes, speed: str) -> str:
     """The elongation of the beam by rotation, of a real beam with its speed, if that is given; for
     a bent beam the position of its tip."""
-    beam, (x, y) = shapes.beam, shapes.centreline[-1]
+    beam, (x, y) = shapes.beam, shapes.centreline[-1, :2]
     if shapes.centreline[:, 1].any():
         if beam.units is None:
             return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
@@ -306,7 +307,7 @@ def mode_table(
     rows = "".join(
         f'<tr data-do="only" data-value="{k}" data-row="{label}"'
         f"{' class=shown' if k in shown else ''}>"
-        f"<td>{mode_button(k, label, solution.families[k], k in shown)}"
+        f"<td>{mode_button(k, label, style_of(label, solution.families[k]), k in shown)}"
         f"{strip(shapes.nodes[k])}</td>"
         f"{numbers(solution, k)}<td>{amount(k, label)}</td></tr>"
         for k, label in enumerate(modes.labels)
@@ -316,6 +317,11 @@ def mode_table(
     own = page.attributes(aria_label="modes", class_=None if present else "pale")
     table = f"<table{own}>{head}<tbody>{rows}</tbody></table>"
     return f'{note}{table}<p class="soft">{escape(modes.summary)}</p>'
+
+
+def style_of(label: str, family: str) -> str:
+    """The style of a mode of this label: its family, in place of bending flap or lag."""
+    return FAMILY_NAMES[label[0]] if family == "bending" else family
 
 
 @lru_cache(256)
@@ -329,8 +335,7 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
 
 def plain_name(label: str) -> str:
     """The name of a mode for readers who do not know its label: "2nd bending" for B2."""
-    family = "stretching" if label.startswith("S") else "bending"
-    number = label.lstrip("SB")
+    family, number = FAMILY_NAMES[label[0]], label[1:]
     ending = {"1": "st", "2": "nd", "3": "rd"}.get(number, "th")
     return f"{number}{ending} {family}"
 

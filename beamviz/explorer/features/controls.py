@@ -6,7 +6,7 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import NUMBERS, PARAMETERS, PLANAR_NUMBERS
+from beamviz.beam import NUMBERS, PARAMETERS, SECTION
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature
@@ -28,7 +28,11 @@ MODEL = {
 METHOD_HINT = (
     "The method of solution; auto has converged to the error shown. It is chosen at the top."
 )
-PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
+PLANES = {
+    "chordwise": "in plane (chordwise)",
+    "flapwise": "out of plane (flapwise)",
+    "both": "both planes",
+}
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
@@ -53,7 +57,8 @@ SWITCHES = {
 RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened it (R)"
 MODES_HINT = (
     "The shapes of free vibration, each with its own frequency. Click one to see it alone; the"
-    " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
+    " sliders mix several. B: bending, S: stretching; in both planes F: flap, out of the plane of"
+    " rotation, L: lag, in it. The errors are estimates of the numerical"
     " error."
 )
 
@@ -86,7 +91,7 @@ CONTENT = {
         + '</div><div id="told" class="soft"></div><div id="mode-rows"></div>'
     ),
     "beam": (
-        "".join(map(number_slider, PARAMETERS))
+        "".join(map(number_slider, (*PARAMETERS, *SECTION)))
         + f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         + page.button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
     ),
@@ -134,7 +139,7 @@ class Controls(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.fixed = self.fixed_content()
-        for name in PLANAR_NUMBERS:
+        for name in NUMBERS:
             self.page.on(name, partial(self.edit, name), float)
         visitor.bind("mass", switch_mass, has_mass, bool)
         for mode in range(MODES):
@@ -225,6 +230,10 @@ def numbers_content(case: Case, run_speed: float | None) -> Content:
     the nearest one; run_speed: shown in place of its own."""
     case = case.changed("gamma", run_speed) if run_speed else case
     units, content = case.units, page.props("mu-row", hidden=case.units is not None)
+    in_space = case.options["plane"] == "both"
+    for name in SECTION:
+        of_blade = name == "flap" and case.blade is not None  # which has its own
+        content |= page.props(f"{name}-row", hidden=not in_space or of_blade)
     for name, number in case.numbers.items():
         own = measure(name, units)
         content |= page.html(f"{name}-label", escape(own.label))

@@ -144,6 +144,7 @@ interface Actions { // the types of their values
   "export_chart": string;
   "export_motion": string;
   "film_length": string;
+  "flap": number;
   "following": boolean;
   "force_per_rev": string;
   "forget_refused": null;
@@ -193,6 +194,7 @@ interface Actions { // the types of their values
   "per_rev_4": boolean;
   "per_rev_5": boolean;
   "per_rev_6": boolean;
+  "pitch": number;
   "plane": string;
   "playing": boolean;
   "preferences": string;
@@ -232,5 +234,6 @@ interface Actions { // the types of their values
   "tab": string;
   "thicken": boolean;
   "time_methods": boolean;
+  "twist": number;
   "undo": null;
 }
