@@ -212,8 +212,10 @@ def test_a_path_in_what_is_no_folder(name, tmp_path, run):
 
 
 @pytest.mark.parametrize("name", [*FILES, "reproduce"])
-def test_a_full_disk_leaves_the_former_files(name, tmp_path, run):
+def test_a_full_disk_leaves_the_former_files(name, tmp_path, run, monkeypatch):
     """And no other one: a file that may not become large enough stays as it was."""
+    # Python would keep the first part of a compiled module that it imports here for the first time.
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     resource = pytest.importorskip("resource", reason="limits of a process")
     words = [word.format(tmp_path) for word in COMMANDS[name]]
     former = Path(next(word for word in words if word.startswith(str(tmp_path))))
