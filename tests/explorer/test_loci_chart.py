@@ -361,3 +361,17 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     assert "the gap is too large for a veering" in veering.sentence(on, *far.chart.measures)
     lines = veering.pairs_data((off, on), far.chart)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
+
+
+def test_the_shapes_beside_a_veering_have_both_planes():
+    """Flap and lag as lines of their own; a mode that is missing at a value is a dash."""
+    beam = Beam(flap=0.25, pitch=3, gamma=5)
+    found = loci(beam, "gamma", [0.0, 5.0], plane="both", modes=3)
+    shape = veering.mode_shape(found["L1"], 0)
+    drawn = veering.drawing(veering.mode_shape(found["L1"], 1, shape))
+    assert all(f'class="{name}"' in drawn for name in ("stretching", "lag", "flap"))
+    assert drawn.endswith("F1")  # beyond the veering
+    assert re.search(r'<polyline[^>]*class="flap"[^>]*stroke-width="2.5"', drawn), drawn
+    missing = veering.ModeShape(np.full((len(veering.X), 1), np.nan), np.nan, "")
+    assert veering.drawing(missing) == "–"
+    assert veering.mode_shape(found["L1"], 1, missing).displacement.shape == (len(veering.X), 3)

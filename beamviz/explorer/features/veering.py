@@ -43,8 +43,8 @@ X = np.linspace(0.0, 1.0, 61)
 
 
 class ModeShape(NamedTuple):
-    """A mode: displacements (61, 2) along and across the beam at X, the largest 1; fraction of
-    bending energy; name, or the mixture that it is."""
+    """A mode: displacements along and across the beam at X, (61, 2) or in both planes (61, 3), the
+    largest 1; fraction of bending energy; name, or the mixture that it is."""
 
     displacement: np.ndarray
     bending_fraction: float
@@ -147,7 +147,7 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
     """
     solution, mode = branch.solutions[k], int(branch.mode_index[k])
     if solution is None or mode < 0:
-        return ModeShape(np.full((len(X), 2), np.nan), np.nan, "")
+        return ModeShape(np.full((len(X), 1), np.nan), np.nan, "")
     shape = solution.shape(mode, X)
     parts = shape.real + shape.imag
     parts /= np.linalg.norm(parts, axis=1).max()
@@ -311,14 +311,18 @@ def shape_table(pair: LociPair, caption: str) -> str:
 
 
 def drawing(shape: ModeShape) -> str:
-    """A shape as SVG, displacement along and across the beam over x, with its name below."""
+    """A shape as SVG, displacement along and across the beam over x, in both planes where it has
+    them, with its name below; the greatest of the family of the mode has the thickest line."""
     if not math.isfinite(shape.bending_fraction):
         return "–"
-    family = BENDING if shape.bending_fraction >= 0.5 else STRETCHING
+    components = shape.displacement.T
+    across = (BENDING,) if len(components) == 2 else ("lag", "flap")
+    greatest = 0
+    if shape.bending_fraction >= 0.5:
+        greatest = 1 + int(np.abs(components[1:]).max(axis=1).argmax())
     lines = ""
-    for own, part in zip((STRETCHING, BENDING), shape.displacement.T, strict=True):
-        weight = "2.5" if own == family else None
+    for k, (name, part) in enumerate(zip((STRETCHING, *across), components, strict=True)):
         y = TALL / 2 * (1 - 0.9 * part)
-        lines += page.polyline(WIDTH * X, y, own, stroke_width=weight)
+        lines += page.polyline(WIDTH * X, y, name, stroke_width="2.5" if k == greatest else None)
     own = page.attributes(viewBox=f"0 0 {WIDTH} {TALL}", role="img", aria_label=shape.name)
     return f'<svg{own}><path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'
