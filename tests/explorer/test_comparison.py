@@ -41,7 +41,7 @@ OVERLAY = "/scene/rotor/overlay"
         ("effects", CORIOLIS_CASE, "All effects are on already."),
         ("mass", PAPER_CASE.changed("alpha", 0.0), "no mass to double"),
         (EARLIER, PAPER_CASE, "No beam is kept"),
-        ("coriolis", PAPER_CASE.changed("plane", "flapwise"), "to chordwise"),
+        ("coriolis", PAPER_CASE.changed("plane", "flapwise"), "or both planes"),
     ],
 )
 def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(choice, own, other):
