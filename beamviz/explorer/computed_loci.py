@@ -75,13 +75,16 @@ class ChartRequest:
         return Chart(self, x, lines_of(computed, x), computed.events, computed.limits, names)
 
 
+PLANES: dict[str | None, str] = {"F": "flap", "L": "lag"}  # names of kinds of bending
+
+
 class LocusLine(NamedTuple):
     """A branch of loci as a line, at values x (n,) of the axis."""
 
     label: str
     frequency: np.ndarray  # (n,) in units of 1/T*, nan where it has none
-    # First point, last point, family and name of the mode of each part in which these two are the
-    # same; consecutive parts share a point, so that lines have no gaps.
+    # First point, last point, style (family, flap or lag) and name of the mode of each part in
+    # which these two are the same; consecutive parts share a point, so that lines have no gaps.
     runs: list[tuple[int, int, str, str]]
 
     def name_at(self, k: int) -> str:
@@ -177,7 +180,8 @@ def lines_of(
 
     for branch in branches or computed.branches:
         y, name = np.interp(x, computed.values, branch.frequency), partial(name_at, branch.label)
-        family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
+        styles = styles_of(branch)
+        family = [styles[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
         kinds = [(kind, None if takes_solve else name(i)) for i, kind in enumerate(family)]
         cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
@@ -187,6 +191,13 @@ def lines_of(
                 runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
         lines.append(LocusLine(branch.label, y, runs))
     return lines
+
+
+def styles_of(branch: Branch) -> list[str | None]:
+    """The style of the line of a branch at each value: its family there; where the beam bends in
+    both planes, flap or lag in place of bending."""
+    pairs = zip(branch.family, branch.kinds, strict=True)
+    return [PLANES.get(kind, name) if name == "bending" else name for name, kind in pairs]
 
 
 def runs_of_a_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:

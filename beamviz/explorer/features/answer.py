@@ -262,8 +262,11 @@ def status(answer: SolverAnswer, motion: str, *, present: bool) -> str:
 
 
 def state_switch(answer: SolverAnswer) -> str:
-    """A button that replaces an unstable straight state by the stable one, or a bent one."""
+    """A button that replaces an unstable straight state by the stable one, or a bent one, or one
+    plane by both where a turned section couples them."""
     options, solution = answer.request.options, answer.solution
+    if answer.beam and answer.beam.is_turned and options["plane"] != "both":
+        return page.button("Both planes", data_set="plane", data_value="both")
     if solution is None or solution.beam.spin_up:
         return ""
     if options["state"] == "straight" and solution.equilibrium.status == "unstable":

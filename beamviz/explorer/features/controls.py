@@ -6,7 +6,7 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import NUMBERS, PARAMETERS, SECTION
+from beamviz.beam import NUMBERS, PARAMETERS, SECTION, Beam
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature
@@ -233,7 +233,8 @@ def numbers_content(case: Case, run_speed: float | None) -> Content:
     in_space = case.options["plane"] == "both"
     for name in SECTION:
         of_blade = name == "flap" and case.blade is not None  # which has its own
-        content |= page.props(f"{name}-row", hidden=not in_space or of_blade)
+        is_used = in_space or case.numbers[name] != getattr(Beam, name)
+        content |= page.props(f"{name}-row", hidden=not is_used or of_blade)
     for name, number in case.numbers.items():
         own = measure(name, units)
         content |= page.html(f"{name}-label", escape(own.label))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
+from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import BENDING, STRETCHING
 
 POINTS = 40  # of a sweep; even, so that the middle is not one of them
@@ -44,11 +45,18 @@ X = np.linspace(0.0, 1.0, 61)
 
 class ModeShape(NamedTuple):
     """A mode: displacements along and across the beam at X, (61, 2) or in both planes (61, 3), the
-    largest 1; fraction of bending energy; name, or the mixture that it is."""
+    largest 1; fraction of bending energy; name, or the mixture that it is; fraction of the energy
+    in the plane of rotation where it bends in both."""
 
     displacement: np.ndarray
     bending_fraction: float
     name: str
+    in_plane_fraction: float = 1.0
+
+    def change(self, other: Self) -> float:
+        """The greatest change of a fraction to another shape; nan if either has none."""
+        bending = abs(other.bending_fraction - self.bending_fraction)
+        return max(bending, abs(other.in_plane_fraction - self.in_plane_fraction))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +95,11 @@ class VeeringRequest:
         reach = REACH * (chart.stop - chart.start)
         low, high = max(at - reach, chart.start), min(at + reach, chart.stop)
         wide = np.linspace(low, high, POINTS)
-        options = [{**chart.options, "coriolis": coriolis} for coriolis in (False, True)]
+        # Enough modes for both branches on either side, and for a neighbour.
+        modes = min(max(self.event.modes) + 2, MAX_MODES)
+        options = [
+            {**chart.options, "modes": modes, "coriolis": coriolis} for coriolis in (False, True)
+        ]
         found = [loci(chart.beam, chart.over, wide, **one) for one in options]
         events = [same_event(one, self.event, reach) for one in found]
         centre, half = self.view([one for one in events if one] or [self.event])
@@ -155,7 +167,10 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
         parts = -parts
     names = identify_modes(solution)
     name = names.mixtures[mode] or names.labels[mode]
-    return ModeShape(parts, float(solution.bending_energy_fraction[mode]), name)
+    fraction = float(solution.bending_energy_fraction[mode])
+    if solution.in_plane_fraction is None:
+        return ModeShape(parts, fraction, name)
+    return ModeShape(parts, fraction, name, float(solution.in_plane_fraction[mode]))
 
 
 # The tab
@@ -164,10 +179,12 @@ JOB = "veering"
 SHOWN = "veering-chart", "veering-shapes"  # ids of the chart and of the shapes beside it
 WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
 INVITATION = "No crossing or veering in the range of the chart Frequencies."
-KEY = (
-    '<p>Displacement of the beam: <b class="swatch bending">━</b> transverse (bending),'
-    ' <b class="swatch stretching">━</b> axial (stretching).</p>'
-)
+DIRECTIONS = {  # of a displacement, by the style of its line
+    "bending": "transverse (bending)",
+    "lag": "in the plane of rotation (lag)",
+    "flap": "out of it (flap)",
+    "stretching": "axial (stretching)",
+}
 SKELETON = (
     f'<div class="veering-tab">{page.waiting_place("veering-chart-wait")}'
     '<div id="veering-chart" class="chart" data-chart></div>'
@@ -236,7 +253,8 @@ def event_content(
         request = answer.request.chart
         captions = (sentence(pair, *request.measures) for pair in pairs)
         content |= page.chart("veering-chart", pairs_data(pairs, request))
-        text = "".join(map(shape_table, pairs, captions)) + text + KEY
+        text = "".join(map(shape_table, pairs, captions)) + text
+        text += key_of_shapes(in_space=request.options["plane"] == "both")
     elif answer:
         text = page.note(answer.message) + text
     return content | page.html("veering-shapes", text)
@@ -293,7 +311,7 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
         return f"{case}they cross {at}, uncoupled (gap 0)."
     gap = f"{across.gap(pair.event.gap)} {across.unit}".strip()
     first, _, last = pair.shapes[0]
-    change = abs(last.bending_fraction - first.bending_fraction)
+    change = first.change(last)
     exchange = "they exchange part of their shapes"
     if not change >= KEPT:  # or nan
         exchange = "each keeps its family"
@@ -310,19 +328,31 @@ def shape_table(pair: LociPair, caption: str) -> str:
     return page.table(name, ("before", "at", "after"), rows, caption, class_="shapes")
 
 
+def styles_of_components(*, in_space: bool) -> tuple[str, ...]:
+    """The styles of the lines of a shape, one for each component of the displacement."""
+    return (STRETCHING, "lag", "flap") if in_space else (STRETCHING, BENDING)
+
+
+def key_of_shapes(*, in_space: bool) -> str:
+    """What the lines of the shapes are."""
+    styles = styles_of_components(in_space=in_space)
+    parts = (f'<b class="swatch {style}">━</b> {DIRECTIONS[style]}' for style in styles)
+    return f"<p>Displacement of the beam: {', '.join(parts)}.</p>"
+
+
 def drawing(shape: ModeShape) -> str:
     """A shape as SVG, displacement along and across the beam over x, in both planes where it has
     them, with its name below; the greatest of the family of the mode has the thickest line."""
     if not math.isfinite(shape.bending_fraction):
         return "–"
     components = shape.displacement.T
-    across = (BENDING,) if len(components) == 2 else ("lag", "flap")
+    styles = styles_of_components(in_space=len(components) == 3)
     greatest = 0
     if shape.bending_fraction >= 0.5:
         greatest = 1 + int(np.abs(components[1:]).max(axis=1).argmax())
     lines = ""
-    for k, (name, part) in enumerate(zip((STRETCHING, *across), components, strict=True)):
+    for k, (style, part) in enumerate(zip(styles, components, strict=True)):
         y = TALL / 2 * (1 - 0.9 * part)
-        lines += page.polyline(WIDTH * X, y, name, stroke_width="2.5" if k == greatest else None)
+        lines += page.polyline(WIDTH * X, y, style, stroke_width="2.5" if k == greatest else None)
     own = page.attributes(viewBox=f"0 0 {WIDTH} {TALL}", role="img", aria_label=shape.name)
     return f'<svg{own}><path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'
