@@ -19,7 +19,6 @@ RELEASE_HELP = "Transverse force [E I / L^2] that holds the beam until t = 0."
 FORMAT_HELP = "Format of what is printed; beside OUT, nothing is unless this is given."
 NEEDS = {"within": "ramp-to", "ramp-to": "within", "ramp": "ramp-to", "release-at": "release"}
 UNUSED = {  # options of the model that other commands have, and their defaults here
-    "plane": "chordwise",
     "terms": None,
     "stiffening": True,
     "softening": True,
@@ -121,6 +120,11 @@ def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, 
     """The keywords of `beamviz.motion` among those of `solve`; InvalidInput for one that it has
     not."""
     given = given_options(context)
+    if options["plane"] != "chordwise":
+        raise InvalidInput(
+            f"--plane {options['plane']}: a motion in time is in the plane of rotation; leave the"
+            " option out"
+        )
     for name, default in UNUSED.items():
         if name in given and options[name] != default:
             shown = f"--no-{name}" if options[name] is False else f"--{name} {options[name]}"

@@ -62,6 +62,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     "loci --over speed --start 0 --stop 1": ", ".join(map(repr, NUMBERS)),
     "loci --over mu --start 10 --stop 100 --gamma 150": "5|gamma = 150|mu = 10",
     "loci --over beta --start 0 --stop 1 --per-rev 2": "per-rev|gamma|beta",
+    "motion --until 1 --plane both": "--plane both: a motion in time is in the plane of rotation",
     "motion --no-stiffening": "--no-stiffening: a motion in time has no such option",
     "sweep a.zarr": "Missing option '--over'",
     "sweep a.zarr --over gamma": "--over gamma|NAME=START:STOP:POINTS",

@@ -375,3 +375,16 @@ def test_the_shapes_beside_a_veering_have_both_planes():
     missing = veering.ModeShape(np.full((len(veering.X), 1), np.nan), np.nan, "")
     assert veering.drawing(missing) == "–"
     assert veering.mode_shape(found["L1"], 1, missing).displacement.shape == (len(veering.X), 3)
+
+
+def test_flap_and_lag_exchange_their_shapes_where_they_veer():
+    """In a chart of both planes, whose lines have the colours of flap and lag."""
+    beam = Beam(flap=0.25, pitch=3)
+    request = ChartRequest(beam, "gamma", 0.0, 10.0, {"plane": "both"})
+    chart = request.chart()
+    styles = {style for line in chart.lines for *_, style, _ in line.runs}
+    assert {"flap", "lag"} <= styles
+    event = next(e for e in chart.located if e.kind == "veering" and {*e.branches} == {"F1", "L1"})
+    off, _ = pairs = VeeringRequest(request, event).pairs()
+    assert all(np.isfinite(s.displacement).all() for p in pairs for row in p.shapes for s in row)
+    assert "exchange their shapes" in veering.sentence(off, *request.measures)

@@ -564,3 +564,14 @@ def test_both_planes_have_their_modes_on_the_page(guest):
     """Flap and lag by name, and the page says so without an error."""
     guest.edit(plane="both", flap=0.1, pitch=30.0)
     guest.do("gamma", 5.0, until="1st flap")
+
+
+def test_a_turned_section_in_a_single_plane_leads_to_both(guest):
+    """The reason, a button, and the sliders that may turn it back."""
+    guest.edit(plane="both", flap=0.1, pitch=30.0)
+    guest.do("plane", "chordwise", until="a turned section couples bending")
+    assert 'data-set="plane"' in guest.texts["equilibrium"]
+    assert [guest.props[f"{name}-row"]["hidden"] for name in ("flap", "pitch", "twist")] == [
+        *(False, False, True)
+    ]
+    guest.do("pitch", 0.0, until="1st bending")

@@ -35,19 +35,28 @@ def find_browser() -> str | None:
 
 
 @contextlib.contextmanager
+def browser_process(command: list[str], environment: dict[str, str]) -> Iterator[None]:
+    """A browser without a terminal, killed with its child processes at last."""
+    quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+    own = {**os.environ, **environment}
+    process = subprocess.Popen(command, env=own, start_new_session=True, **quiet)
+    try:
+        yield
+    finally:
+        if os.name == "posix":
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+        process.wait()
+
+
+@contextlib.contextmanager
 def open_browser(browser: str, url: str) -> Iterator[Path]:
     """`browser` showing `url` without a window, ended at last; yields its profile folder."""
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
         command = [browser, *FLAGS, f"--user-data-dir={profile}", url]
-        quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
-        own = {**os.environ, "TMPDIR": profile}  # what it leaves, killed, is removed too
-        process = subprocess.Popen(command, env=own, start_new_session=True, **quiet)
-        try:
+        with browser_process(
+            command, {"TMPDIR": profile}
+        ):  # what it leaves, killed, is removed too
             yield Path(profile)
-        finally:
-            if os.name == "posix":
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)  # its child processes too
-            else:
-                process.kill()
-            process.wait()

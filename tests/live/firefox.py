@@ -3,14 +3,12 @@
 import contextlib
 import itertools
 import json
-import os
-import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from live.chromium import browser_process
 from live.server import TIMEOUT, wait_until
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
@@ -112,10 +110,7 @@ def firefox(browser: str) -> Iterator[FirefoxPage]:
         Path(profile, "user.js").write_text("\n".join(lines), encoding="utf-8")
         command = [browser, "--headless", "--no-remote", "--profile", profile]
         command += ["--remote-debugging-port=0", "about:blank"]
-        quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
-        own = {**os.environ, "HOME": profile, "TMPDIR": profile}
-        process = subprocess.Popen(command, env=own, start_new_session=True, **quiet)
-        try:
+        with browser_process(command, {"HOME": profile, "TMPDIR": profile}):
             file = Path(profile, "WebDriverBiDiServer.json")
             wait_until(lambda: file.exists() and file.read_text().endswith("}"))
             address = json.loads(file.read_text())
@@ -123,10 +118,3 @@ def firefox(browser: str) -> Iterator[FirefoxPage]:
             options: dict[str, Any] = {"max_size": None, "ping_interval": None}
             with connect(url, open_timeout=TIMEOUT, close_timeout=1, **options) as socket:
                 yield FirefoxPage(socket)
-        finally:
-            if os.name == "posix":
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)  # its child processes too
-            else:
-                process.kill()
-            process.wait()
