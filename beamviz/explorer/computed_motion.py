@@ -69,8 +69,8 @@ class MotionRequest(NamedTuple):
             )
         if options["plane"] != "chordwise":
             return Obstacle(
-                "A motion in time is computed in the plane of rotation alone, and this beam"
-                " vibrates out of it.",
+                "A motion in time is computed in the plane of rotation alone, and this beam is"
+                " shown out of it.",
                 page.button("Vibrate in plane", data_set="plane", data_value="chordwise"),
             )
         for term in ("stiffening", "softening"):

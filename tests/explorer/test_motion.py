@@ -332,7 +332,7 @@ def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
     guest.wait(lambda _: "after the end of the motion at t = 4" in guest.texts["motion-words"])
     guest.do("experiment", "pull")
     guest.do("plane", "flapwise")
-    guest.wait(lambda _: "vibrates out of it" in guest.texts["motion-words"])
+    guest.wait(lambda _: "in the plane of rotation alone" in guest.texts["motion-words"])
     assert guest.props[CHART]["hidden"] is True
 
 
@@ -466,7 +466,7 @@ def test_the_reason_against_a_motion_goes_with_its_beam(guest, monkeypatch):
     """While the motion of the next beam is computed, the sentence is about that."""
     guest.do("link", SHORT)
     guest.do("plane", "flapwise")
-    guest.wait(lambda _: "vibrates out of it" in guest.texts["motion-words"])
+    guest.wait(lambda _: "in the plane of rotation alone" in guest.texts["motion-words"])
     release, compute = threading.Event(), computed_motion.motion
     monkeypatch.setattr(
         computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
