@@ -193,7 +193,8 @@ class BentState(PlanarState):
 
             mu^2 EA n(f) + p / 2 f^(-p - 1) m^2 / EI = P,
 
-        whose derivative by f is the stiffness.
+        whose derivative by f is the stiffness. Of the roots that the bending term may add one alone
+        is stiff: it is sought from where the law is stiffest. 0 where no stretch carries P and m.
         """
         section, at = self.beam.section, self.beam.sections
         p, law = section.power, section.law
@@ -201,14 +202,18 @@ class BentState(PlanarState):
         mu2 = self.beam.beam.mu**2
         n, bending = pull / (mu2 * at.EA), p / 2 * moment**2 / (mu2 * at.EA * at.EI)
         f = self.f[at.nearest]
+        stiffer = MAX_STRETCH if law.stiffens else -MAX_STRETCH
         for _ in range(SECTION_STEPS):
             stiffness = law.stiffness(f) - (p + 1) * f ** (-p - 2) * bending
             excess = law.force(f) + f ** (-p - 1) * bending - n
-            moving = (stiffness > 0) & (abs(excess) > SECTION_ACCURACY * stiffness * f)
+            stiff = stiffness > 0
+            step = -excess / np.where(stiff, stiffness * f, 1.0)  # relative to f
+            step = np.where(stiff, np.clip(step, -MAX_STRETCH, MAX_STRETCH), stiffer)
+            moving = abs(step) > SECTION_ACCURACY
             if not moving.any():
                 break
-            step = np.clip(excess / stiffness, -MAX_STRETCH * f, MAX_STRETCH * f)
-            f = f - np.where(moving, step, 0.0)
+            f = f * (1 + np.where(moving, step, 0.0))
+        stiffness = np.where(moving, 0.0, stiffness)
         at_points = section.stiffness_at_constant_moment(self.f, self.kappa) / section.axial
         return np.append(at_points, stiffness)
 
