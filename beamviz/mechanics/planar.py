@@ -33,6 +33,7 @@ from beamviz.solver.constitutive import Theory
 from beamviz.space.trial import Trial
 
 COLUMNS = 512  # of a product of matrices at a time
+LEAST_STRAIN = -0.9  # f - 1 of a state fitted to another
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f
 
 
@@ -170,8 +171,13 @@ class PlanarBeam:
 
     def fitted(self, f: NDArray, kappa: NDArray, root_angle: float = 0.0) -> NDArray:
         """q (size,) of a stretch and of kappa (n,) at the Gauss points: their projection, as the
-        trial functions are orthonormal in the energy at rest."""
+        trial functions are orthonormal in the energy at rest. In an element with a soft section
+        the projection of a large strain may overshoot to f <= 0: then it is a share of it.
+        """
         of_stretch = self.section.axial * self.w * (f - 1) @ self.Z
+        for block in self.trial.blocks:
+            least = (block.stretch @ of_stretch[block.along]).min() / self.beam.mu
+            of_stretch[block.along] *= LEAST_STRAIN / min(least, LEAST_STRAIN)
         of_kappa = (self.w * self.trial.EI * kappa) @ self.trial.bending
         of_root = [root_angle / self.root_scale] if self.hinged else []
         return np.concatenate((of_stretch, of_kappa, of_root))

@@ -147,15 +147,21 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
             raise straight
     elements = first_elements(beam, problem)
     _check_unknowns(elements)
-    bent = BentBeam(elements, still, problem)
-    states = stable_states(bent) or [paths.follow_speed(bent)]
-    if beam.spin_up:
-        return paths.spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
+    return _state_from_guesses(BentBeam(elements, beam, problem))
+
+
+def _state_from_guesses(bent: BentBeam) -> BentState:
+    """A state without a neighbour to start from, on the elements of the beam, where it has one
+    there."""
+    still, spin_up = bent.changed(spin_up=0.0), bent.beam.spin_up
+    states = stable_states(still) or [paths.follow_speed(still)]
+    if spin_up:
+        return paths.spin_up_state(states[0].beam.changed(spin_up=spin_up), states[0])
     for state in states:
         if not state.is_straight:
             return state.upward
     raise NoEquilibrium(
-        f"gamma = {beam.gamma:.6g}: no bent state found, the straight one is stable", math.nan
+        f"gamma = {bent.beam.gamma:.6g}: no bent state found, the straight one is stable", math.nan
     )
 
 
@@ -188,10 +194,8 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     beam, steady = old.on(refined), not old.beam.spin_up
     q = whole(state).resampled(beam)
     finer = newton(beam, q, stable=steady)
-    if steady:
-        finer = finer or descend(beam, q) or paths.follow_speed(beam)
     if finer is None:
-        raise NotConverged("Newton's method left a bent state when its mesh was refined")
+        finer = (descend(beam, q) if steady else None) or _state_from_guesses(beam)
     # A state followed from a slower beam is on a mesh of its own.
     return BentState(finer.beam, finer.q, state.iterations + finer.iterations)
 

@@ -10,6 +10,7 @@ kappa, and of a mode v* T(s) v by - r* D^-1 r, as for straight blades
 import numpy as np
 from numpy.typing import NDArray
 
+from beamviz.mechanics.planar import MAX_STRETCH
 from beamviz.solver.bent.beam import LEAST_RIGIDITY, BentState, product
 
 
@@ -22,14 +23,16 @@ def rigidities(state: BentState) -> tuple[NDArray, NDArray]:
 
 
 def lack_of_state(state: BentState) -> tuple[NDArray, NDArray]:
-    """What f and kappa (n,) lack: D^-1 r of the residual of the equilibrium, times -1."""
+    """What f and kappa (n,) lack: D^-1 r of the residual of the equilibrium, times -1. That of f is
+    bounded as in a step of Newton's method."""
     bent, loads = state.beam, state.section_loads
     force, moment = bent.section.forces(state.f, state.kappa)
     of_stretch = bent.w * force + loads.real
     of_angle = bent.w * moment + (state.f * loads.imag) @ bent.trial.J
     of_angle += state.body_moments @ bent.to_turning
     axial, bending = rigidities(state)
-    return -of_stretch / axial, -of_angle / bending
+    bound = MAX_STRETCH * state.f
+    return np.clip(-of_stretch / axial, -bound, bound), -of_angle / bending
 
 
 def whole(state: BentState) -> BentState:
