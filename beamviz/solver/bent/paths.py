@@ -166,13 +166,14 @@ def follow(
 
 
 def _margins(state: BentState) -> NDArray:
-    """Margins of stability (3,), positive for a stable state: the lowest eigenvalue of the
-    stiffness, the least stretch, and the least local stiffness."""
+    """Margins of stability (4,), positive for a stable state: the lowest eigenvalue of the
+    stiffness, the least stretch, the inverse of the largest, which may grow without bound towards a
+    limit of the speed, and the least local stiffness."""
     if state.beam.beam.spin_up:
         lowest = np.linalg.eigvals(state.stiffness).real.min()
     else:
         lowest = scipy.linalg.eigvalsh(state.stiffness, subset_by_index=(0, 0))[0]
-    return np.array([lowest, state.f.min(), state.local_stiffness.min()])
+    return np.array([lowest, state.f.min(), 1 / state.f.max(), state.local_stiffness.min()])
 
 
 def spin_up_state(beam: BentBeam, rest: BentState) -> BentState:
