@@ -69,8 +69,8 @@ class Stepper:
             V = start_v + h * (scheme.E @ X)
             A = start_a + scheme.P @ X
             fresh = self.inverse is None or abs(self.inverse_step - h) > SAME * h
-            if fresh:
-                self.take_tangent(h, load, Q, V, A)
+            if fresh and not self.take_tangent(h, load, Q, V, A):
+                break
             R = self.equation.residual(load, Q, V, A)
             dX = self.solved(R)
             X = X - dX
@@ -92,15 +92,19 @@ class Stepper:
         large in the velocity, and in the short steps of a fine run there are many of them."""
         return max(self.tolerance * min(CONVERGED, LEFT * h * h / self.until), ROUNDED)
 
-    def take_tangent(self, h: float, load: Load, Q: NDArray, V: NDArray, A: NDArray) -> None:
-        """The inverses of the systems of Newton's method, one for each pair of eigenvectors of the
-        scheme, with the tangents of the stage in the middle."""
+    def take_tangent(self, h: float, load: Load, Q: NDArray, V: NDArray, A: NDArray) -> bool:
+        """Whether there are inverses of the systems of Newton's method, which are kept: one for
+        each pair of eigenvectors of the scheme, with the tangents of the stage in the middle."""
         stage = slice(self.middle, self.middle + 1)
         middle = load[0][stage], load[1][stage]
         K, C, M = self.equation.tangents(middle, Q[stage], V[stage], A[stage])
         in_M, in_C, in_K = (part[:, None, None] for part in (self.in_M, self.in_C, self.in_K))
-        self.inverse = np.linalg.inv(in_M * M + h * in_C * C + h * h * in_K * K)
+        try:
+            self.inverse = np.linalg.inv(in_M * M + h * in_C * C + h * h * in_K * K)
+        except np.linalg.LinAlgError:
+            return False
         self.inverse_step, self.mass = h, M
+        return True
 
     def solved(self, R: NDArray) -> NDArray:
         """The Newton step (s, n) of residuals (s, n)."""

@@ -2,6 +2,7 @@
 or amplitudes of modes about it."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,17 @@ from beamviz.dynamics.equation import AnyBeam
 from beamviz.errors import NotConverged
 from beamviz.mechanics.inertia import Loading
 from beamviz.solver import Solution
-from beamviz.solver.continuation import Root, continue_load, newton, newton_at
+from beamviz.solver.continuation import (
+    Root,
+    balancing_step,
+    bordered_step,
+    continue_load,
+    newton,
+    newton_at,
+)
 from beamviz.space.grid import Grid, make_grid
 from beamviz.space.spans import ends_of_spans
 
-LARGEST_STEP = 2.0  # of Newton's method, in the units of a step that should be taken at once
 # Gauss points of the shapes of modes, in proportion to the length of a span, and more in each.
 MODE_ORDER, MORE_ORDER = 20, 8
 SMALLEST_SHARE = 1e-4  # of a force or a deflection in one step, at which following is given up
@@ -25,7 +32,8 @@ def equilibrium(beam: AnyBeam, solution: Solution) -> NDArray:
     """q (n,) of the equilibrium of a solution, by Newton's method from its positions."""
     _, f, theta = solution.equilibrium.curve(beam.points)
     guess = beam.nearest(f, theta)
-    root = newton(lambda q: balancing_step(beam, q, Loading(solution.beam.gamma)), guess)
+    loading = Loading(solution.beam.gamma)
+    root = newton(lambda q: balancing_step(beam.state(q, loading)), guess)
     if root is None:
         raise NotConverged(
             "Newton's method leaves the equilibrium on the elements of the motion; ask for a"
@@ -34,27 +42,16 @@ def equilibrium(beam: AnyBeam, solution: Solution) -> NDArray:
     return root.state
 
 
-def balancing_step(beam: AnyBeam, q: NDArray, loading: Loading) -> NDArray:
-    """Newton's step (n,) towards the equilibrium under a loading; LinAlgError where it is so long
-    that it would lead to another one, or beyond the range of the strain law."""
-    state, law = beam.state(q, loading), beam.theory.law
-    if not state.residual.any():  # nothing loads the beam, which may turn freely
-        return np.zeros_like(q)
-    step = -np.linalg.solve(state.stiffness, state.residual)
-    inside = law.min_stretch < state.f.min() and state.f.max() < law.max_stretch
-    if not (inside and state.step_size(step) < LARGEST_STEP):
-        raise np.linalg.LinAlgError
-    return step
-
-
 def under_force(beam: AnyBeam, q: NDArray, gamma: float, force: float) -> NDArray:
     """q (n,) of the equilibrium under a force [E I / L^2] across the unloaded beam at the point
     `force_at`, followed from the equilibrium q without it."""
 
     def increment(share: float, q: NDArray) -> NDArray:
-        return balancing_step(beam, q, Loading(gamma, force=1j * share * force))
+        return balancing_step(beam.state(q, Loading(gamma, force=1j * share * force)))
 
-    return followed(increment, q, f"release = {force:g}: the equilibrium under this force", force)
+    return followed(
+        beam, increment, q, f"release = {force:g}: the equilibrium under this force", force
+    )
 
 
 def held_aside(beam: AnyBeam, q: NDArray, gamma: float, deflection: float) -> tuple[NDArray, float]:
@@ -72,38 +69,40 @@ def held_aside(beam: AnyBeam, q: NDArray, gamma: float, deflection: float) -> tu
         state = beam.state(q, Loading(gamma, force=1j * force))
         dy = state.displacement_at(beam.force_at).imag
         target = start + share * (deflection - start)
-        bordered = np.zeros((n + 1, n + 1))
-        bordered[:n, :n], bordered[:n, n], bordered[n, :n] = state.stiffness, -dy, dy
-        missing = np.append(state.residual, state.positions(at)[0].imag - target)
-        step = -np.linalg.solve(bordered, missing)
-        if not state.step_size(step[:n]) < LARGEST_STEP:
-            raise np.linalg.LinAlgError
-        return step
+        missing = state.positions(at)[0].imag - target
+        return bordered_step(state, -dy, np.append(dy, 0.0), missing)
 
-    z = followed(increment, np.append(q, 0.0), "pulled aside: the equilibrium", deflection)
+    z = followed(beam, increment, np.append(q, 0.0), "pulled aside: the equilibrium", deflection)
     return z[:n], float(z[n])
 
 
 def followed(
-    increment: Callable[[float, NDArray], NDArray], start: NDArray, subject: str, target: float
+    beam: AnyBeam,
+    increment: Callable[[float, NDArray], NDArray],
+    start: NDArray,
+    subject: str,
+    target: float,
 ) -> NDArray:
-    """The equilibrium at the whole of what is applied, followed from that at none of it."""
-    reached = 0.0
+    """The equilibrium at the whole of what is applied, followed from that at none of it: the
+    unknowns, and what else a step of Newton's method changes."""
+    reached, law = 0.0, beam.theory.law
 
-    def margin(share: float, _: NDArray) -> float:
+    def margin(share: float, z: NDArray) -> float:
+        """The least slope of the strain law, 0 at the end of its range."""
         nonlocal reached
-        reached = max(reached, share)
-        return 1.0
+        slope = float(law.stiffness(beam.state(z[: beam.size]).f).min())
+        reached = max(reached, share) if slope > 0 else reached
+        return slope
 
-    try:
+    with suppress(NotConverged):
         path: Root = continue_load(
             newton_at(increment), start, 1.0, margin, precision=SMALLEST_SHARE
         )
-    except NotConverged:
-        raise NotConverged(
-            f"{subject} was followed to {reached * target:.4g} of {target:.4g} only; ask for less"
-        ) from None
-    return path.state
+        if path.limit is None:
+            return path.state
+    raise NotConverged(
+        f"{subject} was followed to {reached * target:.4g} of {target:.4g} only; ask for less"
+    )
 
 
 def with_modes(

@@ -7,7 +7,7 @@ where a stability margin falls to zero; or the iteration failed (NotConverged).
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 from beamviz.errors import NotConverged
 from beamviz.solver.problem import interruption
 
-TOLERANCE = 1e-11  # of the last increment, relative to the state: the error is its square
-ROUNDING = 1e-8  # relative increment below which one that no longer shrinks is rounding error
+# Size of the last increment of Newton's method, relative to the state: the error that it leaves is
+# its square.
+LAST = 1e-8
+ROUNDING = 1e-7  # size below which an increment that no longer shrinks is rounding error
 MAX_ITERATIONS = 30
+LARGEST_STEP = 2.0  # of a state, in units of a step that should be taken at once
 
 LIMIT_PRECISION = 1e-10  # relative difference of two successive estimates of a limit load
 LIMIT_MARGIN = 1e-2  # margin below which a limit is accepted
@@ -34,11 +37,18 @@ class Root(NamedTuple):
     limit: float | None = None
 
 
+def is_last(size: float, previous: float, rounding: float = ROUNDING) -> bool:
+    """Whether Newton's method ends after an increment of a size: its square, the error left, is
+    below rounding, or it is rounding error itself and no longer shrinks. previous: of the
+    increment before it."""
+    return size <= LAST or (size <= rounding and size > previous / 4)
+
+
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # divergence is detected below
 def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | None:
-    """Add increment(q) = -K(q)^-1 R(q) until it is below TOLERANCE or rounding error. None where it
-    does not converge, or where increment raises np.linalg.LinAlgError (for a tangent that is not
-    positive definite, say)."""
+    """Add increment(q) = -K(q)^-1 R(q) until it `is_last`. None where it does not converge, or
+    where increment raises np.linalg.LinAlgError (for a tangent that is not positive definite, say).
+    """
     q, previous = start, math.inf
     for iteration in range(1, MAX_ITERATIONS + 1):
         try:
@@ -49,10 +59,61 @@ def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | No
         size = np.abs(dq).max() / max(1.0, np.abs(q).max())
         if not math.isfinite(size):
             return None
-        if size <= TOLERANCE or (size <= ROUNDING and size > previous / 4):
+        if is_last(size, previous):
             return Root(q, iteration)
         previous = size
     return None
+
+
+class Balance(Protocol):
+    """A state of which `balancing_step` finds the equilibrium nearby."""
+
+    @property
+    def f(self) -> NDArray:
+        """The stretch."""
+
+    @property
+    def residual(self) -> NDArray:
+        """R (n,), zero in equilibrium."""
+
+    @property
+    def stiffness(self) -> NDArray:
+        """K (n, n), its derivative by the unknowns."""
+
+    def step_size(self, step: NDArray) -> float:
+        """The size of a step (n,) in units of the largest that should be taken at once."""
+
+
+def balancing_step(state: Balance) -> NDArray:
+    """Newton's step (n,) from a state to the equilibrium near it. LinAlgError where f <= 0, or
+    where the step is so long that it may lead to another equilibrium."""
+    residual = state.residual
+    if not residual.any():  # nothing loads the beam, which may turn freely
+        return np.zeros_like(residual)
+    return _checked(state, -np.linalg.solve(state.stiffness, residual))
+
+
+def bordered(state: Balance, by_parameter: NDArray, row: NDArray) -> NDArray:
+    """The derivative (n + 1, n + 1) by the unknowns and a parameter of R, and of an equation more:
+    that of a point held, or of a plane across a path. by_parameter (n,): of R; row (n + 1,): of the
+    equation."""
+    return np.vstack((np.column_stack((state.stiffness, by_parameter)), row))
+
+
+def bordered_step(
+    state: Balance, by_parameter: NDArray, row: NDArray, missing: float = 0.0
+) -> NDArray:
+    """Newton's step (n + 1,) of the unknowns and the parameter, see `bordered`. missing: what is
+    left of the equation. LinAlgError as in `balancing_step`."""
+    tangent = bordered(state, by_parameter, row)
+    return _checked(state, -np.linalg.solve(tangent, np.append(state.residual, missing)))
+
+
+def _checked(state: Balance, step: NDArray) -> NDArray:
+    """The step; LinAlgError where it should not be taken."""
+    if not (state.f.min() > 0 and state.step_size(step[: len(state.residual)]) < LARGEST_STEP):
+        raise np.linalg.LinAlgError
+    return step
 
 
 Solver = Callable[[float, NDArray], Root | None]

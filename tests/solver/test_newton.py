@@ -31,7 +31,7 @@ def test_no_answer(increment):
 
 def test_rounding_is_not_mistaken_for_failure():
     """Increments that stop shrinking at the level of rounding end the iteration with an answer."""
-    noise = iter([0.1, 1e-4, 4e-10, 3e-10, 5e-10, 4e-10])
+    noise = iter([0.1, 1e-4, 5e-8, 3e-8, 5e-8, 4e-8])
     assert newton(lambda q: np.array([next(noise)]), np.zeros(1)) is not None
 
 

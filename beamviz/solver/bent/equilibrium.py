@@ -14,6 +14,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
@@ -26,6 +27,7 @@ from beamviz.mechanics.straight_equilibrium import (
     is_small_strain,
 )
 from beamviz.mechanics.straight_properties import stack_of
+from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.problem import Problem, interruption
 from beamviz.space.elements import Elements
@@ -34,12 +36,11 @@ from beamviz.space.spans import Span, find_spans, unstretched_positions
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
-DESCENT_TRIALS, NEWTON_STEPS = 500, 12
+DESCENT_TRIALS = 500
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
 LARGER, SMALLER = 4.0, 16.0  # ratios of successive shifts: after a failure, after a success
 FALL = 1e-4  # of the energy in a step, as a share of what its slope promises
-CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding error
 HALVINGS = 3  # of elements, after which a state whose energy still changes is none
 RESOLVED_ANGLE = 0.01  # relative change of its largest angle
 SHRINKS = 0.2  # the same of a loop hidden by a long element; it was at least 0.3 in 4000 beams
@@ -153,7 +154,7 @@ def resolved(state: BentState) -> BentState | None:
     return None
 
 
-def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
+def guesses(beam: BentBeam) -> Iterator[NDArray]:
     """A stable straight state; folded over at the clamp; the straight state, bent along its two
     lowest buckling modes."""
     w, n = beam.w, len(beam.w)
@@ -196,7 +197,7 @@ def folded_state(bent: BentBeam) -> BentState | None:
     return straight_state(BentBeam(bent.elements, folded_over(bent.beam), bent.problem))
 
 
-def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
+def descend(beam: BentBeam, q: NDArray) -> BentState | None:
     """The stable state that descent of the energy leads to; None where it finds none.
 
     A step is that of Newton's method with a multiple of the rigidities, the shift, added to the
@@ -207,11 +208,9 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     low = max(STRETCHES[0], beam.section.law.min_stretch / BEYOND)
     high = min(STRETCHES[1], beam.section.law.max_stretch * BEYOND)
     state, shift, last_shift, last_size = BentState(beam, q), 0.0, 1.0, math.inf
-    if not state.f.min() > 0:  # a stretch interpolated across a kink
-        return None
     for _ in range(DESCENT_TRIALS):
         interruption.get()()
-        step, size = _newton_step(state, shift)
+        step, size = _shifted_step(state, shift)
         trial = BentState(beam, state.q + step, state.iterations + 1)
         # Near the state, where the energy changes by its rounding error, steps need no check.
         converges = not shift and size < min(QUADRATIC, last_size / 2)
@@ -221,21 +220,20 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
         if not low < trial.f.min() <= trial.f.max() < high:
             return None
         state = trial
-        rounding = last_size / 2 < size < ROUNDED
-        if not shift and (size < CONVERGED or rounding):
+        if not shift and continuation.is_last(size, last_size, ROUNDED):
             return None if state.collapses else state
         last_size, last_shift = size, max(shift, SMALLEST_SHIFT)
         shift = shift / SMALLER if shift > SMALLER * SMALLEST_SHIFT else 0.0
     return None
 
 
-def _falls(state: BentState, trial: BentState, step: np.ndarray) -> bool:
+def _falls(state: BentState, trial: BentState, step: NDArray) -> bool:
     """Whether the energy falls as it should in a step, or by less than its rounding."""
     allowed = state.energy + ENERGY_ROUNDING * sum(state.energies)
     return trial.energy <= allowed + FALL * (state.residual @ step)
 
 
-def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, float]:
+def _shifted_step(state: BentState, shift: float) -> tuple[NDArray, float]:
     """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
     added to the stiffness, in units of the present rigidities."""
     K = state.stiffness + shift * state.rigidity if shift else state.stiffness
@@ -246,25 +244,15 @@ def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, floa
     return step, state.step_size(step)
 
 
-def _unsymmetric_step(state: BentState) -> tuple[np.ndarray, float]:
-    """Newton's step and its size where the stiffness is not symmetric or not positive definite."""
-    step = -np.linalg.solve(state.stiffness, state.residual)
-    return step, state.step_size(step)
-
-
-def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> BentState | None:
+def newton(beam: BentBeam, q: NDArray, stable: bool = False) -> BentState | None:
     """The equilibrium near a guess, a `stable` one on demand; None where Newton's method fails."""
-    state = BentState(beam, q)
-    if not state.f.min() > 0:  # a stretch interpolated across a kink
-        return None
-    for iteration in range(1, NEWTON_STEPS + 1):
+
+    def increment(q: NDArray) -> NDArray:
         interruption.get()()
-        step, size = (_unsymmetric_step if beam.beam.spin_up else _newton_step)(state)
-        if size == math.inf:
-            step, size = _unsymmetric_step(state)
-        state = BentState(beam, state.q + step, iteration)
-        if not (size < 2 and state.f.min() > 0):
-            return None
-        if size < CONVERGED:
-            return state if not stable or state.is_stable else None
-    return None
+        return continuation.balancing_step(BentState(beam, q))
+
+    root = continuation.newton(increment, q)
+    state = BentState(beam, root.state, root.iterations) if root else None
+    if state is None or not state.f.min() > 0:
+        return None
+    return state if not stable or state.is_stable else None

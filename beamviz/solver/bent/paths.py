@@ -1,7 +1,6 @@
 """Paths of bent equilibria: along the speed from a slower beam, and along the spin-up."""
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from itertools import product
 from typing import NamedTuple
@@ -30,7 +29,6 @@ SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable 
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 FIRST_ARC, SMALLEST_ARC, LONGEST_ARC = 0.01, 1e-6, 0.3  # arc lengths of steps around limit points
 MAX_ARCS = 300  # number of these steps
-DIFFERENCE = 1e-4  # step of a derivative by the load
 MAX_MESHES = 3  # on which a limit in speed is located
 FINER = 16.0  # ratio of the first elements of two successive ones
 MAX_ORDER = 14  # of their elements
@@ -223,9 +221,26 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     bent, size = start.beam, start.beam.size
 
     def at(z: NDArray) -> BentState:
-        """The state of z (size + 1,): the change of the unknowns from the start, and p."""
+        """The state of z (size + 1,): q, and p."""
         spin_up = float(np.clip(z[-1] * target, *SPIN_UP.limits))
-        return BentState(bent.changed(spin_up=spin_up), start.q + z[:-1])
+        return BentState(bent.changed(spin_up=spin_up), z[:-1])
+
+    def by_share(state: BentState) -> NDArray:
+        """dR/dp (size,): R is linear in the spin-up."""
+        none, all_of_it = (
+            bent.state(state.q, bent.loading._replace(rate=rate)).residual for rate in (0.0, target)
+        )
+        return all_of_it - none
+
+    def corrected(z: NDArray, across: NDArray) -> NDArray | None:
+        """The point of the path in the plane through z, None if it is far off."""
+
+        def increment(z: NDArray) -> NDArray:
+            state = at(z)
+            return continuation.bordered_step(state, by_share(state), across)
+
+        root = continuation.newton(increment, z)
+        return root.state if root else None
 
     largest_share = bent.beam.spin_up / target
     # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
@@ -234,14 +249,15 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     metric = np.eye(size + 1)
     metric[:size, :size] = bent.local(w, np.zeros_like(w), of_kappa, 1.0)
     along_p = np.append(np.zeros(size), 1.0)
-    z, direction = along_p * largest_share, along_p  # and the tangent before it
+    z, direction = np.append(start.q, largest_share), along_p  # and the tangent before it
     arc, steps = FIRST_ARC, 0
     failure, largest_angle = "", start.largest_angle + 2 * math.pi
     while not failure and steps < MAX_ARCS and arc > SMALLEST_ARC:
-        A, _ = _bordered(at, z, metric @ direction)
+        state = at(z)
+        A = continuation.bordered(state, by_share(state), metric @ direction)
         tangent = np.linalg.solve(A, along_p)
         tangent /= np.sqrt(tangent @ metric @ tangent)
-        ahead = _corrected(at, z + arc * tangent, metric @ tangent)
+        ahead = corrected(z + arc * tangent, metric @ tangent)
         if ahead is None:
             arc /= 2
             continue
@@ -266,29 +282,3 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
         f"spin_up = {target:.6g}: the equilibrium was followed up to {reached:.6g}, and on"
         f" around a limit point in {steps} steps"
     )
-
-
-def _bordered(
-    at: Callable[[NDArray], BentState], z: NDArray, across: NDArray
-) -> tuple[NDArray, NDArray]:
-    """The tangent of R(q, p) by z = (q, p) with the row `across` below it, and R, in unknowns."""
-    h = np.append(np.zeros(len(z) - 1), DIFFERENCE)
-    state = at(z)
-    before, here, beyond = (each.residual for each in (at(z - h), state, at(z + h)))
-    slope = (beyond - before) / (2 * DIFFERENCE)
-    return np.vstack((np.column_stack((state.stiffness, slope)), across)), here
-
-
-def _corrected(at: Callable[[NDArray], BentState], z: NDArray, across: NDArray) -> NDArray | None:
-    """The point of the path in the plane through z, by Newton's method; None if it is far off."""
-
-    def increment(z: NDArray) -> NDArray:
-        A, residual = _bordered(at, z, across)
-        step = -np.linalg.solve(A, np.append(residual, 0.0))
-        state = at(z)
-        if not state.step_size(step[:-1]) < 1:
-            raise np.linalg.LinAlgError
-        return step
-
-    root = continuation.newton(increment, z)
-    return root.state if root else None
