@@ -47,10 +47,11 @@ from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
-from beamviz.solver.pencil.inverse import COMPRESSED
+from beamviz.solver.pencil.inverse import real_modes
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Solution, false_position, read_only, straight
+from beamviz.solver.stability import may_buckle
 from beamviz.space.spans import AT_END, ends_of_spans
 
 MOST_WITH_DIGITS = 12  # assumed modes; of the next ones rounding leaves nothing
@@ -60,8 +61,6 @@ MIN_STEP, RELATIVE_STEP = 0.4, 0.03
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
-SPURIOUS = 1e-12  # share of the largest 1 / omega^2 below which one is rounding
-REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
 
 def assumed_modes(beam: Beam, problem: Problem) -> Solution:
@@ -358,25 +357,18 @@ def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) ->
 def _lowest_modes(
     grid: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
 ) -> Family:
-    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y; with a
-    shift for a beam that may buckle, as an omega^2 near 0 would leave the others no digits.
-    displacement (n, n): y -> displacements at the points. Raises NotConverged for too few."""
-    shift = COMPRESSED if beam.delta < 0 else 0.0
-    inverse, y = np.linalg.eig(np.linalg.solve(A + shift * B, B))
-    real = abs(inverse.imag) <= REAL * abs(inverse)
-    possible = (inverse.real > 0) | (beam.delta < 0)  # an outward beam does not buckle
-    kept = np.flatnonzero(real & possible & (abs(inverse) > SPURIOUS * abs(inverse).max()))
-    omega_squared = 1 / inverse[kept].real - shift
-    picks = omega_squared.argsort()[:modes]
-    if len(picks) < modes:
+    """The modes with the lowest real omega^2 of A y = omega^2 B y. displacement (n, n): y ->
+    displacements at the points. Raises NotConverged for too few."""
+    omega_squared, y = real_modes(A, B, modes, may_buckle(beam))
+    if len(omega_squared) < modes:
         raise NotConverged(
-            f"only {len(picks)} modes of a family came out real with {len(A)} points; more terms"
-            " may help"
+            f"only {len(omega_squared)} modes of a family came out real with {len(A)} points; more"
+            " terms may help"
         )
-    values = displacement @ y[:, kept[picks]].real
+    values = displacement @ y
     ends, to_series = grid.ends, grid.to_series  # not all of the grid: solutions keep them
     scale = _unit_mass(beam, partial(_values, ends, to_series, values), len(to_series))
-    return Family(omega_squared[picks], partial(_values, ends, to_series, values * scale))
+    return Family(omega_squared, partial(_values, ends, to_series, values * scale))
 
 
 def _values(ends: tuple[float, ...], to_series: NDArray, values: NDArray, x: NDArray) -> NDArray:

@@ -25,6 +25,7 @@ from beamviz.mechanics.straight_properties import BeamStack
 from beamviz.solver.pencil.matrices import Definiteness
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, Status
+from beamviz.space.spans import AnyBeam
 
 INSTABILITIES = {"unstable": "divergence", "growing": "flutter"}  # by status
 
@@ -36,6 +37,17 @@ def status_of(s: NDArray) -> Status:
     if not grows.any():
         return "stable"
     return "unstable" if (s.imag[grows] == 0).any() else "growing"
+
+
+def may_buckle(beam: AnyBeam) -> bool:
+    """Whether the straight state of a beam may have divergence: where it points inward. Outward
+    the tension stiffens bending by more than the rotation of its frame softens it."""
+    return beam.delta < 0
+
+
+def is_certain_to_be_stable(beam: AnyBeam) -> bool:
+    """Whether it has none, and nothing is free to turn either."""
+    return not may_buckle(beam) and (beam.delta > 0 or beam.root > 0)
 
 
 def is_buckled_chordwise(
@@ -56,7 +68,7 @@ def is_buckled_chordwise(
         return False
     if beam.is_uniform and lowest_bending is not None:
         return bool(lowest_bending < beam.gamma**2)
-    if beam.delta >= 0:
+    if not may_buckle(beam):
         return False
     chordwise = solve(beam, replace(problem, plane="chordwise", coriolis=False, modes=1))
     return isinstance(chordwise, Solution) and not chordwise.equilibrium.stable

@@ -38,6 +38,7 @@ from beamviz.solver.build import State, Vibration, build_solution
 from beamviz.solver.pencil.matrices import TINY, Modes, product
 from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Solution, Stats
+from beamviz.solver.stability import may_buckle
 from beamviz.solver.straight import solve_hp
 from beamviz.solver.straight.refinement import MAX_ATTEMPTS
 from beamviz.space.elements import Elements
@@ -141,7 +142,7 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
             math.nan,
         )
     still = beam.replace(spin_up=0.0)
-    if beam.delta >= 0:  # the straight state of an outward beam is the only one
+    if not may_buckle(beam):  # its straight state is the only one
         straight = solve_hp([still], replace(problem, state="straight"))[0]
         if isinstance(straight, NoEquilibrium):
             raise straight

@@ -30,6 +30,7 @@ from beamviz.mechanics.straight_properties import stack_of
 from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.problem import Problem, interruption
+from beamviz.solver.stability import may_buckle
 from beamviz.space.elements import Elements
 from beamviz.space.grid import make_mesh
 from beamviz.space.spans import Span, find_spans, unstretched_positions
@@ -161,7 +162,7 @@ def guesses(beam: BentBeam) -> Iterator[NDArray]:
     straight = straight_state(beam)
     if straight and straight.is_stable:
         yield straight.q
-        if beam.beam.delta >= 0:
+        if not may_buckle(beam.beam):
             return
     _, (at_clamp, _) = layer_widths(beam.beam, beam.problem)[0]
     decay = np.exp(-beam.grid.points / at_clamp)

@@ -31,6 +31,7 @@ from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, modes_of_matrices, no_equilibrium, solution_of
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
+from beamviz.solver.stability import may_buckle
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
@@ -185,7 +186,7 @@ def straight_equilibrium(model: CubicElements) -> Root:
     path = continue_load(newton_at(increment), model.unstressed, load, margins)
     if path.limit is not None:
         raise _no_equilibrium(model, path.limit, path.state)
-    if model.beam.delta >= 0:  # an outward beam does not buckle
+    if not may_buckle(model.beam):
         try:
             cholesky_banded(model.tangent(path.state, load)[ACROSS][:, 2:], lower=True)
         except np.linalg.LinAlgError:

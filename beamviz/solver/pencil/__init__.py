@@ -11,6 +11,7 @@ The algorithm is chosen from the properties of the matrices:
         K symmetric, no C              K v = -s^2 M v
         K symmetric, definite, C skew  a Hermitian problem in 1 / s, by Arnoldi's method if large
         otherwise                      the inverse of the first-order system, and of its transpose
+    K and M by collocation             their real modes alone (`inverse.real_modes`)
 
 With thin elements or high order the eigenvalues span a factor of 1e17, and a reduction by M would
 lose the low ones. Every algorithm solves the inverse problem: the low modes are its largest

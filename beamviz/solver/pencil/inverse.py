@@ -1,4 +1,4 @@
-"""The symmetric problem K v = lambda M v, inverted: M v = nu (K + shift M) v.
+"""The problem K v = lambda M v, inverted: M v = nu (K + shift M) v.
 
 Then lambda is 1/nu - shift. The low modes are the largest nu, and the rounding errors are in the
 high modes.
@@ -18,6 +18,8 @@ COMPRESSED = 16.0
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
 NEARLY_SINGULAR = 4.0  # ratio of shift to least shifted eigenvalue above which both lose digits
 FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
+SPURIOUS = 1e-12  # share of the largest nu below which one is rounding
+REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 BLOCK = 8  # columns that LAPACK reduces at once: faster than its choice of 32 up to 250 unknowns
 
 
@@ -83,3 +85,20 @@ def inverse_modes_with_shift(
         f"the stiffness is not positive definite, nor with {SHIFTS[-1]:.3g} times the mass added:"
         " the beam may be too near a limit of its equilibrium"
     )
+
+
+def real_modes(
+    K: np.ndarray, M: np.ndarray, count: int, indefinite: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` lowest real lambda, ascending, or as many as there are, and their vectors
+    (n, count), of matrices by collocation: neither is symmetric, and high lambda may be complex,
+    which are no modes. indefinite: whether a lambda may be negative, or nearly 0, beside which the
+    others would have no digits."""
+    shift = COMPRESSED if indefinite else 0.0
+    nu, V = np.linalg.eig(np.linalg.solve(K + shift * M, M))
+    real = abs(nu.imag) <= REAL * abs(nu)
+    possible = (nu.real > 0) | indefinite
+    kept = np.flatnonzero(real & possible & (abs(nu) > SPURIOUS * abs(nu).max()))
+    values = 1 / nu[kept].real - shift
+    lowest = values.argsort()[:count]
+    return values[lowest], V[:, kept[lowest]].real

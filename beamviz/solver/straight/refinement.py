@@ -27,6 +27,7 @@ from beamviz.mechanics.straight_mesh import first_elements
 from beamviz.mechanics.straight_properties import stack_of
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.problem import Problem, interruption
+from beamviz.solver.stability import is_certain_to_be_stable
 from beamviz.space.elements import Elements
 from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 from beamviz.space.spans import ends_of_spans
@@ -86,11 +87,9 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
         check_unknowns(elements, beam)
     except (NoEquilibrium, NotConverged) as error:
         return failure(beam, problem, error)
-    # See `modes.lowest_modes`: coupled modes are solved in stacks where all beams turn and are
-    # certain to be stable.
-    held = beam.delta > 0 or beam.root > 0
-    turns_and_is_stable = beam.gamma > 0 and beam.delta >= 0 and held
-    alone = start is not None or (problem.gyroscopic and not turns_and_is_stable)
+    # See `mechanics.straight.lowest_modes`.
+    in_stacks = beam.gamma > 0 and is_certain_to_be_stable(beam)
+    alone = start is not None or (problem.gyroscopic and not in_stacks)
     share = problem.tolerance / TRUNCATION_FACTOR
     return Attempt(beam, elements, share, small, alone, start)
 
