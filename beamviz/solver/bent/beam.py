@@ -218,6 +218,12 @@ class BentState(PlanarState):
         return np.append(at_points, stiffness)
 
     @property
+    def weakest(self) -> float:
+        """x where this stiffness is least."""
+        at_sections = self.beam.sections.from_clamp.sum(axis=1)
+        return float(np.append(self.beam.points, at_sections)[self.local_stiffness.argmin()])
+
+    @property
     def section_forces(self) -> tuple[NDArray, NDArray]:
         """Axial force and bending moment (sections,) at the weakest sections."""
         at, load = self.beam.sections, -self.p

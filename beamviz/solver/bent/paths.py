@@ -52,7 +52,7 @@ def follow_speed(bent: BentBeam) -> BentState:
     start, gamma = _slower(bent), bent.beam.gamma
     limits: list[float] = []
     for _ in range(MAX_MESHES):
-        start = _finer(start)
+        start = _finer(start) or start
         path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
         if path.limit is not None and start.is_straight:
             bifurcated = _bifurcated(bent, start.beam.elements, path.limit)
@@ -87,20 +87,32 @@ def _limit_of_meshes(limits: list[float]) -> float:
     return float(f"{last:.{digits}g}")
 
 
-def _finer(state: BentState) -> BentState:
-    """The same state with a higher order, up to MAX_ORDER, and a shorter first element, as a strain
-    law reaches its end first at the clamp."""
+def _finer(state: BentState) -> BentState | None:
+    """The same state with a higher order, up to MAX_ORDER, and shorter elements where a strain law
+    reaches its end first: at the clamp, and of a blade between the stations beside its weakest
+    section. None where it has none there."""
     breaks, orders, _ = state.beam.elements
-    orders = tuple(min(order + 2, MAX_ORDER) for order in (orders[0], *orders))
-    finer = Elements((0.0, breaks[1] / FINER, *breaks[1:]), orders, orders)
-    beam = state.beam.on(finer)
+    more = {breaks[1] / FINER, *_stations_beside(state)}
+    ends = sorted({*breaks, *more})
+    starts = np.searchsorted(breaks, ends[:-1], side="right") - 1  # the element that each is in
+    finer_orders = tuple(min(orders[k] + 2, MAX_ORDER) for k in starts.tolist())
+    beam = state.beam.on(Elements(tuple(ends), finer_orders, finer_orders))
     q = state.resampled(beam)
-    return newton(beam, q, stable=True) or descend(beam, q) or state
+    return newton(beam, q, stable=True) or descend(beam, q)
+
+
+def _stations_beside(state: BentState) -> tuple[float, ...]:
+    """The ends of the segments of a blade beside its weakest section."""
+    blade = state.beam.beam.blade
+    if blade is None:
+        return ()
+    k = int(np.searchsorted(blade.breaks, state.weakest))
+    return tuple(blade.breaks[max(k - 1, 0) : k + 2])
 
 
 def _slower(bent: BentBeam) -> BentState:
-    """A stable state at the highest of some lower speeds that has one, found by bisection: far
-    above its limit a descent takes longest."""
+    """A stable state at the highest of some lower speeds that has one, also on a finer mesh, found
+    by bisection: far above its limit a descent takes longest."""
     state, low, high = None, 1, SLOWEST + 1
     while low < high:
         k = (low + high) // 2
@@ -109,8 +121,8 @@ def _slower(bent: BentBeam) -> BentState:
         stable = None
         if folded_state(slower):
             stable = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
-        if stable:
-            state, high = stable, k
+        if stable and (finer := _finer(stable)):
+            state, high = finer, k
         else:
             low = k + 1
     if state is None:
