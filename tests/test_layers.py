@@ -291,3 +291,13 @@ def test_each_feature_of_the_page_is_in_its_tuple():
     listed = {kind.__module__ for kind in FEATURES}
     written = {f"beamviz.{name}" for name in MODULES if name.startswith("explorer.features.")}
     assert listed == written
+
+
+def test_no_two_classes_have_the_same_name():
+    classes = [
+        node.name
+        for path in MODULES.values()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert len(classes) == len(set(classes)), [k for k in set(classes) if classes.count(k) > 1]

@@ -12,7 +12,7 @@ from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats, read_o
 from beamviz.solver.stability import status_of
 
 
-class State(NamedTuple):
+class SolvedState(NamedTuple):
     """An equilibrium."""
 
     curve: Curve
@@ -35,7 +35,7 @@ class Vibration(NamedTuple):
 
 
 def build_solution(
-    beam: Beam, problem: Problem, state: State, vibration: Vibration, stats: Stats
+    beam: Beam, problem: Problem, state: SolvedState, vibration: Vibration, stats: Stats
 ) -> Solution:
     """The Solution."""
     s, all_s = vibration.s, vibration.all_s

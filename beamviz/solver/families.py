@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.mechanics.straight_properties import stack_of
-from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.build import SolvedState, Vibration, build_solution
 from beamviz.solver.loads import Curve
 from beamviz.solver.pencil import lowest_modes
 from beamviz.solver.pencil import matrices as pencils
@@ -39,7 +39,7 @@ Shapes = Callable[[np.ndarray], np.ndarray]
 Basis = Callable[[np.ndarray], Shapes]  # coordinates (n, modes) -> functions of x
 
 
-class Family(NamedTuple):
+class FamilyModes(NamedTuple):
     """The lowest modes of bending or of stretching alone, of unit modal mass."""
 
     omega_squared: np.ndarray  # (modes,) ascending
@@ -56,7 +56,7 @@ class ModesOfFamilies(NamedTuple):
 
 
 def merge(
-    stretching: Family, bending: Family, modes: int, in_plane: np.ndarray | None = None
+    stretching: FamilyModes, bending: FamilyModes, modes: int, in_plane: np.ndarray | None = None
 ) -> ModesOfFamilies:
     """The lowest `modes` modes of two uncoupled families. in_plane: of bending in space, the share
     (modes,) in the plane of rotation."""
@@ -121,7 +121,9 @@ def modes_of_matrices(
         fields = partial(coupled_fields, along, across)
         return ModesOfFamilies(omega_squared, modes.fraction[0], fields, in_plane)
     bending, stretching = omega_squared
-    return merge(Family(stretching, along), Family(bending, across), problem.modes, in_plane)
+    return merge(
+        FamilyModes(stretching, along), FamilyModes(bending, across), problem.modes, in_plane
+    )
 
 
 def solution_of(
@@ -143,7 +145,7 @@ def solution_of(
     return build_solution(
         beam,
         problem,
-        State(curve, breaks, iterations, buckled_chordwise=buckled),
+        SolvedState(curve, breaks, iterations, buckled_chordwise=buckled),
         Vibration(
             s=exponents(omega_squared),
             fraction=fraction,

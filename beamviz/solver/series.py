@@ -46,7 +46,7 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Family, Shapes
+from beamviz.solver.families import FamilyModes, Shapes
 from beamviz.solver.pencil.inverse import real_modes
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
@@ -144,7 +144,7 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     ends = [*(span.start for span in tension_spans(beam)), 1.0]
     scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
     omega_squared = s * abs(s) - beam.gamma**2 * problem.chordwise
-    bending = Family(omega_squared, PPoly(c[::-1] * scale, ends))
+    bending = FamilyModes(omega_squared, PPoly(c[::-1] * scale, ends))
     both = families.merge(_stretching(beam, modes), bending, modes)
     return families.solution_of(beam, problem, both, (2, 1, terms))
 
@@ -196,7 +196,7 @@ def derivatives_of_powers(x: float, terms: int) -> NDArray:
     return np.array(rows)
 
 
-def _stretching(beam: Beam, modes: int) -> Family:
+def _stretching(beam: Beam, modes: int) -> FamilyModes:
     """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2.
 
     The phase of u, tan phase = z u / u', is z at the tip of a bar. A mass turns it by less than pi
@@ -212,7 +212,7 @@ def _stretching(beam: Beam, modes: int) -> Family:
 
     z = false_position(phase_left, np.maximum(at_tip - np.pi, 0.0), at_tip)
     scale = _unit_mass(beam, partial(_sines, beam, z, 1.0))
-    return Family((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
+    return FamilyModes((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
 
 
 def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> NDArray:
@@ -356,7 +356,7 @@ def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) ->
 
 def _lowest_modes(
     grid: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
-) -> Family:
+) -> FamilyModes:
     """The modes with the lowest real omega^2 of A y = omega^2 B y. displacement (n, n): y ->
     displacements at the points. Raises NotConverged for too few."""
     omega_squared, y = real_modes(A, B, modes, may_buckle(beam))
@@ -368,7 +368,7 @@ def _lowest_modes(
     values = displacement @ y
     ends, to_series = grid.ends, grid.to_series  # not all of the grid: solutions keep them
     scale = _unit_mass(beam, partial(_values, ends, to_series, values), len(to_series))
-    return Family(omega_squared, partial(_values, ends, to_series, values * scale))
+    return FamilyModes(omega_squared, partial(_values, ends, to_series, values * scale))
 
 
 def _values(ends: tuple[float, ...], to_series: NDArray, values: NDArray, x: NDArray) -> NDArray:

@@ -88,7 +88,7 @@ def greatest_stress(loads: Loads) -> GreatestStress | None:
     x = np.union1d(np.linspace(0, 1, POINTS), [*bodies, *np.nextafter(bodies, 1)])
     if beam.delta >= 0 and not loads.at(np.zeros(1)).moment[0]:
         x = np.zeros(1)  # all the mass of a straight beam that points outward pulls at its root
-    found = stress(loads, x)
-    k = int(np.argmax(found.greatest))
-    known = found.bending is not None
-    return GreatestStress(float(found.greatest[k]), float(x[k]), known, beam.units.yield_stress)
+    stresses = stress(loads, x)
+    k = int(np.argmax(stresses.greatest))
+    known = stresses.bending is not None
+    return GreatestStress(float(stresses.greatest[k]), float(x[k]), known, beam.units.yield_stress)

@@ -193,8 +193,8 @@ def inertia_of(mesh: Mesh, mass: np.ndarray) -> Inertia:
     for block in blocks(mesh.grid.orders):
         inside, rows = mass[..., block, None], J[..., block, block]
         beyond = beyond - inside.sum(axis=-2, keepdims=True)
-        own = w[..., block, None]
-        G[..., block, block] = rows.mT @ (inside * rows) + beyond * own * own.mT
+        inner = w[..., block, None]
+        G[..., block, block] = rows.mT @ (inside * rows) + beyond * inner * inner.mT
     return Inertia(*map(read_only, (G, G.sum(axis=-1), g)))
 
 

@@ -373,9 +373,9 @@ def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
         stretch = functions[..., : axial_orders[k]]
         parts.append(Block(points, along, points, stretch, functions))
         force.append(functions[..., -TAIL:])
-    one = np.ones(grid.points.shape)
+    ones = np.ones(grid.points.shape)
     mesh = Mesh(grid, grid.integration_matrix)
-    return Trial(elements, mesh, mesh.J, (1,) * len(orders), one, one, one, parts, force, 0.0)
+    return Trial(elements, mesh, mesh.J, (1,) * len(orders), ones, ones, ones, parts, force, 0.0)
 
 
 def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:

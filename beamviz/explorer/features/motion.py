@@ -347,7 +347,7 @@ def phase_words(found: Computed, moment: float) -> str:
     return text
 
 
-class Modes(NamedTuple):
+class ModesBeside(NamedTuple):
     """What the modes beside a motion are those of, in words of always the same length, and whether
     they are those of this moment. With a constant hub and mass the words are ""."""
 
@@ -355,7 +355,7 @@ class Modes(NamedTuple):
     are_present: bool
 
 
-def modes_beside(found: Computed, moment: float, beam: Beam) -> Modes:
+def modes_beside(found: Computed, moment: float, beam: Beam) -> ModesBeside:
     """Those of a beam. Frequencies are the same in both directions of rotation."""
     own, has_mass = found.experiment, found.film.has_body(moment)
     speed = abs(found.film.shapes.gamma(moment))
@@ -371,7 +371,7 @@ def modes_beside(found: Computed, moment: float, beam: Beam) -> Modes:
         words = f"Modes {shown}: {no}the speed now."
     elif own.body != "stays":
         words = f"Modes {mass}: {no}as now."
-    return Modes(words, not no)
+    return ModesBeside(words, not no)
 
 
 def moment_of(snapshot: Snapshot) -> float | None:

@@ -37,7 +37,7 @@ Pair = tuple[float, float]
 Values = dict[str, float]
 
 
-class Section(NamedTuple):
+class SectionKind(NamedTuple):
     """A kind of cross-section with some dimensions, `sizes`.
 
     values: area, second moment of bending in the plane of rotation, and "flap_moment", that of
@@ -89,10 +89,14 @@ def tube_sizes(area: float, moment: float, _: float) -> Pair:
 
 
 SECTIONS = {
-    "rectangle": Section(("width", "thickness"), on_edge, rectangle_sizes),
-    "flat": Section(("width", "thickness"), flat, lambda *own: rectangle_sizes(*own)[::-1]),
-    "tube": Section(("diameter", "wall"), tube, tube_sizes),
-    "own": Section(("area", "second_moment", "flap_moment"), own_section, lambda *own: own),
+    "rectangle": SectionKind(("width", "thickness"), on_edge, rectangle_sizes),
+    "flat": SectionKind(
+        ("width", "thickness"), flat, lambda *values: rectangle_sizes(*values)[::-1]
+    ),
+    "tube": SectionKind(("diameter", "wall"), tube, tube_sizes),
+    "own": SectionKind(
+        ("area", "second_moment", "flap_moment"), own_section, lambda *values: values
+    ),
 }
 RECTANGLES = ("rectangle", "flat")
 SAME = 1e-6  # relative difference of sections that are the same to the digits of a link
@@ -243,7 +247,7 @@ def sizes_of(values: Values, kind: str) -> Values:
     return dict(zip(section.sizes, sizes, strict=True)) if is_same else {}
 
 
-def of_section(values: Values, section: Section, sizes: Iterable[float]) -> Values:
+def of_section(values: Values, section: SectionKind, sizes: Iterable[float]) -> Values:
     """Values with the area, the second moments and the height, if it has one, of a section."""
     others = {name: value for name, value in values.items() if name != "section_height"}
     return others | section.values(*sizes)

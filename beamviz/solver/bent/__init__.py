@@ -34,7 +34,7 @@ from beamviz.solver.bent.profile import (
     profile_of,
     saved,
 )
-from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.build import SolvedState, Vibration, build_solution
 from beamviz.solver.pencil.matrices import TINY, Modes, product
 from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Solution, Stats
@@ -293,7 +293,7 @@ def _solution(state: BentState, modes: Modes, errors: np.ndarray) -> Solution:
     return build_solution(
         bent.beam,
         bent.problem,
-        State(partial(curve, profile), bent.grid.breaks, state.iterations, saved(state)),
+        SolvedState(partial(curve, profile), bent.grid.breaks, state.iterations, saved(state)),
         Vibration(
             s=modes.s,
             fraction=(abs(across) ** 2).sum(axis=0) + turned,

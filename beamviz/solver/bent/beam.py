@@ -44,9 +44,9 @@ def weakest_sections(grid: Grid, beam: Beam, masses: NDArray, problem: Problem) 
     """The sections of a beam that has mass at the points `masses` (m,)."""
     bodies = np.array([mass.beta for mass in beam.masses])
     if beam.blade is None:
-        clamp, one = np.zeros((1, len(grid.points))), np.ones(1)
-        ones = np.ones((1, len(masses))), np.ones((1, len(bodies)))
-        return Sections(clamp, np.zeros(1, int), *ones, one, one)
+        clamp, stiffness = np.zeros((1, len(grid.points))), np.ones(1)
+        all_of_both = np.ones((1, len(masses))), np.ones((1, len(bodies)))
+        return Sections(clamp, np.zeros(1, int), *all_of_both, stiffness, stiffness)
     starts, stops = grid.breaks[:-1], grid.breaks[1:]
     first = np.cumsum([0, *grid.orders[:-1]])
 

@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.straight import StraightModes, rotation
-from beamviz.solver.build import State, Vibration, build_solution
+from beamviz.solver.build import SolvedState, Vibration, build_solution
 from beamviz.solver.pencil.matrices import exponents
 from beamviz.solver.planes import JoinedModes
 from beamviz.solver.problem import Problem
@@ -41,7 +41,7 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
     lowest = float(modes.lowest_bending)
     buckled = is_buckled_chordwise(beam, problem, lowest, solve_one)
     curve = partial(_curve, modes)
-    state = State(curve, modes.grid.breaks, modes.iterations, buckled_chordwise=buckled)
+    state = SolvedState(curve, modes.grid.breaks, modes.iterations, buckled_chordwise=buckled)
     vibration = Vibration(
         s=exponents(modes.omega_squared),
         fraction=modes.bending_energy_fraction,
