@@ -344,11 +344,10 @@ class PlanarState:
         """K (size, size), symmetric without a spin-up (paper, eqs. 42-44)."""
         gamma, rate, in_plane, _ = self.loading
         K = self.elastic_stiffness + self.geometric_stiffness
-        X, Y = np.sqrt(self.beam.mass)[:, None] * self.displacements
-        subtract_square(K, X, gamma**2)
-        if in_plane:
-            subtract_square(K, Y, gamma**2)
-        return K + rate * swirl(X, Y) if rate else K
+        moved = np.sqrt(self.beam.mass)[:, None] * self.displacements
+        softening = moved if in_plane else moved[0]
+        subtract_square(K, softening.reshape(-1, self.beam.size), gamma**2)
+        return K + rate * swirl(*moved) if rate else K
 
     @cached_property
     def coriolis(self) -> NDArray:

@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.checks import check_choice, check_float, check_int, is_number
 from beamviz.errors import InvalidInput, unknown_keyword
@@ -232,6 +233,12 @@ class Problem:
     def in_space(self) -> bool:
         """Whether the beam bends in both planes."""
         return self.plane == "both"
+
+    @cached_property
+    def softened(self) -> NDArray:
+        """Whether softening lowers every omega^2 of bending by the same, and of stretching (2, 1):
+        not that of bending out of the plane of rotation, nor of bending in space."""
+        return self.softening * np.array([[float(self.chordwise)], [1.0]])
 
     @cached_property
     def components_in_plane(self) -> tuple[bool, ...]:

@@ -75,10 +75,9 @@ def is_buckled_chordwise(
 
 
 def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
-    """gamma^2 (beams, 2, 1) by which softening lowers omega^2 of bending and of stretching; 0 of
-    bending out of the plane of rotation, and of that in space: there K is less by it."""
-    softens = np.array([[problem.chordwise], [True]])
-    return beams.gamma[..., None] ** 2 * (softens & problem.softening)
+    """gamma^2 (beams, 2, 1) by which softening lowers omega^2 of bending and of stretching; in
+    space K of bending is less by it."""
+    return beams.gamma[..., None] ** 2 * problem.softened
 
 
 def cancelled_softening(beams: BeamStack, problem: Problem) -> NDArray | None:
