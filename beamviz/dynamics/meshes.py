@@ -8,7 +8,7 @@ order is the highest. The stretch has no layers and takes half the order of the 
 from itertools import pairwise
 
 from beamviz.beam import Beam
-from beamviz.solver.bent.equilibrium import Grading, graded_breaks
+from beamviz.mechanics.planar_mesh import Grading, graded_breaks
 from beamviz.solver.problem import Problem
 from beamviz.space.elements import Elements
 

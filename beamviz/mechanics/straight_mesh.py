@@ -29,8 +29,6 @@ from beamviz.space.spans import (
     unstretched_positions,
 )
 
-JOINED = 0.6  # unknowns of elements that span stations, over those of elements between them
-
 
 def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnGrid | None]:
     """The elements of a beam for the modes of the problem and its tolerance. Of a large strain that
@@ -89,15 +87,8 @@ def first_elements_of_spans(
         loaded = Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu, *properties)
     bending = problem.bending_property
     spans = find_spans(loaded, positions, None if small else law, bending)
-    alone = [(k, k) for k in range(len(spans))]
-    elements = elements_of_runs(beam, spans, alone, problem)
-    joined = mild_runs(beam, positions.ends, bending)
-    if len(joined) < len(alone):
-        choices = elements_of_runs(beam, spans, joined, problem)
-        pairs = zip(choices, joined, strict=True)
-        chosen = [fewest(run, elements[a : b + 1]) for run, (a, b) in pairs]
-        elements = [each for row in chosen for each in row]
-    return elements, start
+    runs = mild_runs(beam, positions.ends, bending)
+    return elements_of_runs(beam, spans, runs, problem), start
 
 
 def elements_of_runs(
@@ -113,13 +104,6 @@ def elements_of_runs(
     return [
         row._replace(spans=last - first + 1) for row, (first, last) in zip(rows, runs, strict=True)
     ]
-
-
-def fewest(run: SpanElements, spans: list[SpanElements]) -> list[SpanElements]:
-    """The elements of a run of spans, or those of each of them where these have hardly more
-    unknowns: they need fewer Gauss points, and have no kinks."""
-    separate = sum(sum(span.orders) for span in spans)
-    return [run] if sum(run.orders) < JOINED * separate else spans
 
 
 @lru_cache(maxsize=64)

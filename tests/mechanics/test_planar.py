@@ -69,7 +69,7 @@ def test_both_assemblies_agree_at_a_straight_state(beam, blade, masses, root, pl
 
 def planar_state(beam, problem):
     """The straight state on the elements of a deflected one, refined once."""
-    from beamviz.solver.bent.equilibrium import first_elements
+    from beamviz.mechanics.planar_mesh import first_elements
 
     elements = first_elements(beam, problem).halved
     bent = BentBeam(elements, beam, problem)

@@ -15,12 +15,12 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics.planar_mesh import first_elements
 from beamviz.mechanics.straight_residual import LEFT
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
-    first_elements,
     newton,
     resolved,
     stable_states,

@@ -1,41 +1,35 @@
-"""Bent equilibria at a constant speed: a mesh graded towards bending layers, stable states by
-descent of the energy, and Newton's method.
+"""Deflected equilibria at a constant speed: stable states by descent of the energy, and those near
+a guess by Newton's method.
 
 Without a spin-up the loads have a potential, and a stable state is one of its minima: descent
-finds one from any guess. Guesses are the straight state bent along its buckling modes, and a beam
-folded over at the clamp, from where it points outward.
+finds one from any guess. It is a method of its own, for from most guesses Newton's method leads to
+saddle points or nowhere; its last steps are Newton's, and end by the same rule. Guesses are the
+straight state bent along its buckling modes, and a beam folded over at the clamp, from where it
+points outward.
 """
 
 import math
 from collections.abc import Iterator
-from contextlib import suppress
-from itertools import pairwise
 from operator import attrgetter
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.planar import MAX_TURN
+from beamviz.mechanics.planar_mesh import folded_over, layer_widths
 from beamviz.mechanics.straight_equilibrium import (
     axial_problem,
-    coarse_equilibrium,
     has_unique_equilibrium,
-    is_small_strain,
 )
 from beamviz.mechanics.straight_properties import stack_of
 from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
-from beamviz.solver.problem import Problem, interruption
+from beamviz.solver.problem import interruption
 from beamviz.solver.stability import may_buckle
-from beamviz.space.elements import Elements
 from beamviz.space.grid import make_mesh
-from beamviz.space.spans import Span, find_spans, unstretched_positions
 
-FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS = 500
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
@@ -50,79 +44,6 @@ ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is roundi
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
-
-
-class Grading(NamedTuple):
-    """How elements are graded towards a bending layer. layer: length of the first one, in widths
-    of the layer; ratio: of neighbours; widest: layer that gets elements of its own, over the length
-    of its part of the beam."""
-
-    layer: float
-    ratio: float
-    widest: float
-
-
-# The first elements of the straight beam folded over have half as many unknowns and solve spin-ups
-# in half the time, but of 60 deflected beams two then had error bars a tenth too small and one a
-# limit that was 0.2 % too low: they resolve the straight modes and leave little to spare.
-LAYERS = Grading(layer=3.0, ratio=4.0, widest=math.inf)
-
-
-def folded_over(beam: Beam) -> Beam:
-    """The beam turned over at its clamp, to where the load pulls it: a straight outward one."""
-    load = max(beam.gamma**2, abs(beam.spin_up))
-    return beam.replace(gamma=math.sqrt(load), delta=abs(beam.delta), spin_up=0.0)
-
-
-def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]:
-    """The parts of the beam folded over, and the widths of the bending layers at both ends of each:
-    sqrt of bending stiffness over tension."""
-    folded, law = folded_over(beam), problem.strain_law
-    positions = unstretched_positions(folded)
-    if not is_small_strain(folded, law):
-        with suppress(NoEquilibrium, NotConverged):  # more force than the law has
-            _, positions = coarse_equilibrium(folded, law)
-    spans = find_spans(folded, positions, law, problem.bending_property)
-    power = 2 * problem.curvature_power - 3
-    return [
-        (span, [math.sqrt(end.EI / (max(end.N, end.EI) * end.f**power)) for end in span])
-        for span in spans
-    ]
-
-
-def graded_breaks(beam: Beam, problem: Problem, grading: Grading) -> list[float]:
-    """Ends of elements graded towards the layers of bending at the clamp, at bodies and at jumps of
-    a property."""
-    breaks = {0.0}
-    for span, (first, last) in layer_widths(beam, problem):
-        start, end = span.start.x, span.end.x
-        length = end - start
-        if not span.start.smooth and first < grading.widest * length:
-            away = distances(grading.layer * first, grading.ratio, length / 2)
-            breaks |= {start + distance for distance in away}
-        if end == 1 or not span.end.smooth:
-            breaks.add(end)
-        if end < 1 and not span.end.smooth and last < grading.widest * length:
-            away = distances(grading.layer * last, grading.ratio, length / 2)
-            breaks |= {end - distance for distance in away}
-    return sorted(breaks)
-
-
-def first_elements(beam: Beam, problem: Problem) -> Elements:
-    """Elements graded towards the layers of bending."""
-    starts: list[float] = []  # of the elements
-    for a, b in pairwise(graded_breaks(beam, problem, LAYERS)):
-        n = math.ceil((b - a) / LONGEST_ELEMENT)
-        starts += [a + (b - a) * k / n for k in range(n)]
-    orders = (FIRST_ORDER,) * len(starts)
-    return Elements((*starts, 1.0), orders, orders)
-
-
-def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
-    """Distances of graded breaks from the end of a span, below `longest`."""
-    while first < longest:
-        yield first
-        first *= ratio
 
 
 def stable_states(beam: BentBeam) -> list[BentState]:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics.planar_mesh import first_elements
 from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
-    first_elements,
     folded_state,
     guesses,
     newton,
