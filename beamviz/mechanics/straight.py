@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
 from beamviz.mechanics.straight_errors import (
     Matrices,
+    errors_of_squares,
     quadrature_errors,
     rounding_errors,
     tail_energies,
-    truncation_errors,
 )
 from beamviz.mechanics.straight_properties import BeamStack
 from beamviz.mechanics.straight_residual import (
@@ -255,7 +255,7 @@ def uncoupled_modes(
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
         omega_squared = omega_squared - lack.sum(axis=-1)
         tail += LEFT * lack
-    truncation = truncation_errors(axial, trial, state, scale, tail)
+    truncation = errors_of_squares(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, modes.rounding)
     if trial.quadrature:
         truncation += quadrature_errors(trial, across, along)
@@ -331,7 +331,7 @@ def gyroscopic_modes(
         omega_squared = omega_squared - share * lack.sum(axis=(1, 3))
         tail += LEFT * lack
     tail = tail.sum(axis=1) * share[..., None]
-    truncation = truncation_errors(axial, trial, state, scale, tail)
+    truncation = errors_of_squares(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, modes.rounding)
     if trial.quadrature:
         truncation += quadrature_errors(trial, across, along).sum(axis=1)

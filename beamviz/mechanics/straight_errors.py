@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
 from beamviz.solver.pencil.families import ROUNDING_FACTOR
 from beamviz.solver.pencil.matrices import EPS
-from beamviz.space.refinement import TRUNCATION_FACTOR
+from beamviz.space.refinement import truncation_errors
 from beamviz.space.trial import Trial
 
 
@@ -59,27 +59,19 @@ def quadrature_errors(trial: Trial, across: NDArray, along: NDArray) -> NDArray:
     return trial.quadrature / len(trial.blocks) * energies[..., None]
 
 
-def truncation_errors(
+def errors_of_squares(
     axial: AxialProblem, trial: Trial, state: AxialState, scale: NDArray, tail: NDArray
 ) -> NDArray:
-    """Estimated errors of omega^2 (..., k, elements) from the order of each element: what its
-    highest functions contribute to the energy of a mode, and to the stretch that it vibrates
-    about.
-
-    scale: of omega^2 without softening, (..., k), the leading axes those of the families. tail:
-    `tail_energies` (..., k, elements).
-    """
+    """`truncation_errors` of omega^2 (..., k, elements) of straight beams. scale: of omega^2
+    without softening, (..., k), the leading axes those of the families. tail: `tail_energies`
+    (..., k, elements)."""
     margin = state.margin.reshape(-1, *[1] * scale.ndim)
-    elements = tail.shape[-1]
-    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
-    # relative to its scale.
-    relative = np.maximum.accumulate(tail / scale[..., None], axis=-2)
     # Near a limit of equilibrium a relative error of the load changes the stretch 1 / margin times
     # as much, and this the least omega^2, which vanishes at the limit, by the same factor.
-    lost = stretch_errors(axial, trial, state).reshape(*margin.shape[:-1], elements) / margin**2
-    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
-    stretch_at_clamp = np.maximum(state.f[:, 0].reshape(margin.shape), 1.0)
-    return TRUNCATION_FACTOR * stretch_at_clamp * scale[..., None] * (relative + lost)
+    lost = stretch_errors(axial, trial, state)
+    lost = lost.reshape(*margin.shape[:-1], tail.shape[-1]) / margin**2
+    stretch = np.maximum(state.f[:, 0].reshape(margin.shape), 1.0)
+    return truncation_errors(tail, scale, lost, stretch)
 
 
 def stretch_errors(axial: AxialProblem, trial: Trial, state: AxialState) -> NDArray:

@@ -1,9 +1,12 @@
-"""Refinement by the tails: an element whose highest functions carry more of the energy than is
-allowed gets a higher order, or is halved."""
+"""Errors and refinement by the tails: what the highest functions of an element carry estimates what
+those left out would; an element in which that is too much gets a higher order, or is halved."""
 
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.blade import Blade
 from beamviz.space.elements import Elements
@@ -14,6 +17,20 @@ TRUNCATION_FACTOR = 10.0
 MAX_ORDER = 30  # of an element: from here two halves with the same digits have fewer unknowns
 KINKED_ORDER = 16  # of an element with stations of a blade inside
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
+
+
+def truncation_errors(tail: NDArray, scale: NDArray, lost: NDArray, stretch: NDArray) -> NDArray:
+    """Estimated errors of omega^2 (..., modes, elements) from the order of each element.
+
+    tail: energies (..., modes, elements) of its highest functions in modes of unit modal mass.
+    scale: of omega^2 (..., modes) without any softening. lost: relative error of the state
+    (..., elements), or (..., 1, elements). stretch: at the clamp, at least 1: a large one varies
+    almost singularly along the beam, and the error then exceeds the tail.
+    """
+    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
+    # relative to its scale.
+    relative = np.maximum.accumulate(tail / scale[..., None], axis=-2)
+    return TRUNCATION_FACTOR * stretch * scale[..., None] * (relative + lost)
 
 
 def refined(elements: Elements, excess: Sequence[float], blade: Blade | None = None) -> Elements:

@@ -25,7 +25,8 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
-from beamviz.solver.bent.lack import lack_of_modes, lack_of_state, whole
+from beamviz.solver.bent.errors import errors_of_modes
+from beamviz.solver.bent.lack import lack_of_modes, whole
 from beamviz.solver.bent.modes import bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
@@ -35,14 +36,14 @@ from beamviz.solver.bent.profile import (
     saved,
 )
 from beamviz.solver.build import SolvedState, Vibration, build_solution
-from beamviz.solver.pencil.matrices import TINY, Modes, product
+from beamviz.solver.pencil.matrices import TINY, Modes
 from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Solution, Stats
 from beamviz.solver.stability import may_buckle
 from beamviz.solver.straight import solve_hp
 from beamviz.solver.straight.refinement import MAX_ATTEMPTS
 from beamviz.space.elements import Elements
-from beamviz.space.refinement import TRUNCATION_FACTOR, refined
+from beamviz.space.refinement import refined
 
 REFERENCE_TOLERANCE = 1e-8  # of states beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
@@ -63,17 +64,18 @@ def solve_bent(
     for _ in range(MAX_ATTEMPTS):
         interruption.get()()
         modes, lack = _without_lack(state, bent_modes(state, count))
-        truncation, rounding = _errors(state, modes, lack)
+        truncation, rounding = errors_of_modes(state, modes, lack)
         allowed = problem.tolerance * abs(modes.s) + rounding
-        excess = (truncation / allowed)[:, : problem.modes]
-        worst = excess.sum(axis=0).argmax()
-        if excess[:, worst].sum() <= 1:
-            return _solution(state, modes, truncation.sum(axis=0) + rounding)
-        finer = refined(state.beam.elements, excess[:, worst].tolist(), beam.blade)
+        excess = (truncation / allowed[:, None])[: problem.modes]
+        totals = excess.sum(axis=-1)
+        worst = totals.argmax()
+        if totals[worst] <= 1:
+            return _solution(state, modes, truncation.sum(axis=-1) + rounding)
+        finer = refined(state.beam.elements, excess[worst].tolist(), beam.blade)
         state = saved(state).restored()  # its matrices would be in memory beside the larger ones
         state = _on_elements(state, finer)
     raise NotConverged(
-        f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
+        f"errors are still {totals[worst]:.1e} times the tolerance"
         f" {problem.tolerance:g} with {state.beam.size} unknowns; ask for a larger one or fewer"
         " modes"
     )
@@ -213,72 +215,6 @@ def _without_lack(state: BentState, modes: Modes) -> tuple[Modes, np.ndarray]:
     left = np.where(shift < modes.s.imag, LEFT, 1.0)  # just past buckling it may be more than s
     s = modes.s - 1j * np.where(left < 1, shift, 0.0)
     return modes._replace(omega_squared=-np.square(s)), left * lack
-
-
-def _errors(state: BentState, modes: Modes, lack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
-
-    The truncation error is what the highest functions of each element contribute to v* T(s) v,
-    T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes; in elements
-    that span stations what state and shapes lack. Divided by y* T'(s) v it is the change of s. The
-    quadrature of the stretch adds what it adds for straight beams.
-    """
-    bent, s, V = state.beam, modes.s, modes.V
-    energies = _energies(state, V)
-    kinked = bent.trial.is_kinked
-    truncation = np.where(kinked[:, None], lack, _contributions_to_shapes(state, modes))
-    f, kappa = lack_of_state(state) if bent.trial.has_kinks else (0 * state.f, 0 * state.f)
-    for k, highest in enumerate(bent.highest):
-        if kinked[k]:
-            here = bent.trial.element_of_points == k
-            other = state.shifted(here * f, here * kappa)
-        else:
-            lower = state.q.copy()
-            lower[highest] = 0.0
-            other = BentState(bent, lower)
-        dK, dC, dM = _energies(other, V) - energies
-        truncation[k] += abs(dK + s * dC + s**2 * dM)
-    quadrature = bent.trial.quadrature / (TRUNCATION_FACTOR * len(kinked))
-    truncation += quadrature * abs(energies[0])
-    slope = np.maximum(2 * abs(s), TINY)  # of s^2
-    squared = slope * truncation / np.maximum(modes.pairing, TINY)
-    rigid = (V.conj() * product(state.rigidity, V)).sum(axis=0).real / energies[2].real
-    scale = np.maximum(abs(s) ** 2, rigid)  # of s^2 without any softening
-    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
-    # relative to its scale.
-    relative = np.maximum.accumulate(squared / scale, axis=1)
-    tails = [bent.Z[:, along] @ state.q[along] for along, _ in bent.trial.highest]
-    lost = 4 * np.array([bent.w @ tail**2 for tail in tails]) / (bent.w @ state.f) ** 2
-    relative += max(1.0, state.f[0]) * lost[:, None]
-    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding_of_s
-
-
-def _contributions_to_shapes(state: BentState, modes: Modes) -> np.ndarray:
-    """What the highest functions t of each element in shapes v contribute to |v* T(s) v|
-    (elements, modes): t* T v + v* T t - t* T t."""
-    s, V, highest = modes.s, modes.V, state.beam.highest
-    terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
-    if state.gyroscopic is not None:
-        terms.append((state.gyroscopic, s))
-    contributions = np.zeros((len(highest), len(s)), complex)
-    for matrix, factor in terms:
-        right, left = product(matrix, V), product(matrix.T, V.conj())
-        for k, unknowns in enumerate(highest):
-            t = V[unknowns]
-            inside = matrix[np.ix_(unknowns, unknowns)] @ t
-            parts = t.conj() * (right[unknowns] - inside) + left[unknowns] * t
-            contributions[k] += factor * parts.sum(axis=0)
-    return abs(contributions)
-
-
-def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
-    """v' K v, v' C v with the Coriolis matrix C, and v' M v (3, modes) of shapes."""
-    moved = state.displaced(V)  # (2, m, modes)
-    coriolis = 2 * state.beam.beam.gamma * state.beam.problem.coriolis_factor
-    swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
-    turned = (abs(state.turned(V)) ** 2).sum(axis=0)
-    mass = (abs(moved) ** 2).sum(axis=(0, 1)) + turned
-    return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
 
 def _solution(state: BentState, modes: Modes, errors: np.ndarray) -> Solution:
