@@ -19,12 +19,11 @@ from beamviz.mechanics.cubic_elements import nodes_of
 from beamviz.mechanics.planar import PlanarBeam
 from beamviz.solver import Solution, solve
 from beamviz.space.elements import Elements
+from beamviz.space.refinement import quadrature_share
 from beamviz.space.trial import cached_trial
 
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
-# Of the tolerance: share of the elastic energy of a blade by which its quadrature may be wrong.
-QUADRATURE_SHARE = 0.1
 
 Mesh = Elements | int  # the elements of method auto, the number of those of ancf
 
@@ -106,7 +105,7 @@ def beam_of(problem: MotionProblem, mesh: Mesh, with_mass: bool) -> AnyBeam:
     theory = problem.statics.theory
     if isinstance(mesh, int):
         return CubicBeam(nodes_of(problem.beam, mesh), beam, theory, problem.release_at)
-    share = QUADRATURE_SHARE * problem.tolerance
+    share = quadrature_share(problem.tolerance)
     trial = cached_trial(mesh, beam.blade, theory.bending_property, share)
     return PlanarBeam(trial, beam, theory, problem.release_at)
 

@@ -34,9 +34,9 @@ COARSE_ORDER = 6  # of the mesh of the equilibrium from which the first mesh is 
 FEW_BREAKS = 20  # up to which a limit is located on elements of LIMIT_ORDER
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # mesh on which a limit is located
 LIMIT_ORDER = 12
-# Share of an energy that the quadrature of a blade may lose: with 1e-7 limits of six random blades
+# Share of an energy that the quadrature of a blade may lose: with 1e-8 limits of six random blades
 # with dips change by 1.3e-6 at most, relative.
-LIMIT_SHARE = 1e-10
+LIMIT_SHARE = 1e-11
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 

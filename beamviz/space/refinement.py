@@ -19,6 +19,13 @@ KINKED_ORDER = 16  # of an element with stations of a blade inside
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 
 
+def quadrature_share(tolerance: float) -> float:
+    """The share of the energy of a mode that the quadrature of a blade may lose. With a hundredth
+    of it 80 blades with dips took as many unknowns and a quarter more time, and no error was
+    smaller; with ten times as much they took as long."""
+    return tolerance / TRUNCATION_FACTOR
+
+
 def truncation_errors(tail: NDArray, scale: NDArray, lost: NDArray, stretch: NDArray) -> NDArray:
     """Estimated errors of omega^2 (..., modes, elements) from the order of each element.
 

@@ -28,7 +28,6 @@ from beamviz.space.elements import Elements
 from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
 from beamviz.space.spans import AT_END
 
-QUADRATURE = 0.1  # share of the error allowed that the quadrature of 1 / E I may have
 TAIL = 2  # functions in the tail of an element: one even, one odd
 # Size of the ellipse around a piece through a pole of 1 / E I or 1 / E A from which the piece is
 # not divided: the quadrature then gains 1.1 digits with each point.
@@ -63,7 +62,7 @@ def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: floa
             for end, ellipse in pieces_beside_poles(a, b, here):
                 phase = order * (angle_of(ends[-1], start, stop) - angle_of(end, start, stop))
                 phase += 2 * turn_between(blade, bending, ends[-1], end) / WAVES
-                orders.append(gauss_points(phase, ellipse, QUADRATURE * share))
+                orders.append(gauss_points(phase, ellipse, share))
                 ends.append(end)
         counts.append(len(ends) - 1)
         breaks += ends[1:]
@@ -354,9 +353,8 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
         parts.append(Block(points, along, across, modes_along, bending_functions))
         force.append(stretch[:, -TAIL:])
     mesh = Mesh(grid, grid.integration_matrix)
-    lost = QUADRATURE * share
     EI = principal.ravel()
-    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost, turn)
+    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, share, turn)
 
 
 def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:

@@ -18,7 +18,7 @@ from beamviz.solver.pencil.matrices import product
 from beamviz.solver.problem import Problem
 from beamviz.space.elements import Elements
 from beamviz.space.grid import Grid
-from beamviz.space.refinement import TRUNCATION_FACTOR
+from beamviz.space.refinement import quadrature_share
 from beamviz.space.trial import Trial, cached_trial, make_trial
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
@@ -69,7 +69,7 @@ def weakest_sections(grid: Grid, beam: Beam, masses: NDArray, problem: Problem) 
 
 def _about_trial(elements: Elements, beam: Beam, problem: Problem) -> tuple[Any, ...]:
     """What the trial functions of a beam on elements depend on."""
-    share = problem.tolerance / TRUNCATION_FACTOR
+    share = quadrature_share(problem.tolerance)
     return elements, beam.blade, problem.bending_property, share
 
 
