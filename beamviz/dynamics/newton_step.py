@@ -41,8 +41,12 @@ class Step:
 
 
 class Stepper:
-    """Steps of one integrator for one equation, by Newton's method with a tangent that is kept
-    while it serves. tolerance: of the motion [L], which ends at `until`."""
+    """Steps of one integrator for one equation, by the simplified Newton's method: its tangent is
+    kept while it serves, for many steps. It converges in proportion, and ends by the error that the
+    rate leaves, not by the rule of `continuation.newton`, whose errors are squares.
+
+    tolerance: of the motion [L], which ends at `until`.
+    """
 
     def __init__(self, equation: Equation, scheme: Scheme, tolerance: float, until: float):
         self.equation, self.scheme = equation, scheme

@@ -16,7 +16,7 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.mechanics.straight_properties import BeamStack, Properties, properties_on, stack_of
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
-from beamviz.solver.continuation import Root, continue_load
+from beamviz.solver.continuation import LAST, Root, continue_load
 from beamviz.space.elements import Elements
 from beamviz.space.grid import Grid, Mesh, make_mesh
 from beamviz.space.spans import AnyBeam, Numbers, Positions, ends_of_spans, greatest_force
@@ -28,7 +28,6 @@ SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law
 PASSES = 4  # of the first guess, each a quarter of the work of an iteration of Newton's method
 NEWTON_ITERATIONS = 12
 MAX_CHANGE = 0.25  # of ln f in a step of continuation: a larger one may lead to another branch
-NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
 COARSE_ORDER = 6  # of the mesh of the equilibrium from which the first mesh is designed
 FEW_BREAKS = 20  # up to which a limit is located on elements of LIMIT_ORDER
@@ -94,7 +93,7 @@ class AxialProblem(NamedTuple):
         of small strain or have a unique equilibrium.
         """
         load = (self.beams.gamma / self.beams.mu) ** 2
-        accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
+        accuracy = STRETCH_SHARE * tolerance if small else LAST**2
         if start is not None:
             f = (start.grid.at(self.mesh.grid.points) @ start.f)[None]
         else:
@@ -146,8 +145,10 @@ class AxialProblem(NamedTuple):
             raise no_equilibrium(beam, beam.mu * path.limit**0.5, self.law)
         return AxialState(path.state, path.iterations, np.zeros(1), self.margin(load, path.state))
 
-    def newton(self, load: NDArray, f: NDArray, accuracy: float = NEWTON_STEP**2) -> AxialState:
-        """The stretch f (beams, n) in equilibrium at a load (beams, 1), by Newton-Raphson from f.
+    def newton(self, load: NDArray, f: NDArray, accuracy: float = LAST**2) -> AxialState:
+        """The stretch f (beams, n) in equilibrium at a load (beams, 1), by Newton-Raphson from f:
+        `continuation.newton` of a stack of beams, which takes one step of all in one call of
+        LAPACK.
 
         The error is infinite, and f is 1, where it does not converge between the stretches of the
         law's limits. The state may still be unstable: see `margin`.

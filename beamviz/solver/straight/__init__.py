@@ -1,5 +1,7 @@
 """The default method: high-order elements in gradient and curvature, split at the mass.
 
+A solve is `refinement.solve_stack`: trial functions on elements (`beamviz.space`), equilibrium,
+matrices, modes and errors (`beamviz.mechanics`), and where these are too large, finer elements.
 The entry point is `solve_hp`; Solutions and functions of x are built here from values on a mesh.
 """
 
