@@ -34,7 +34,10 @@ TAIL = 2  # functions in the tail of an element: one even, one odd
 LEAST_ELLIPSE = 3.5
 MOST_ELLIPSE = 100.0  # where there is no pole: larger ones change no number of points
 ELLIPSES = 1.5  # ratio of the ellipses of which the best bound is taken
-WAVES = 0.6  # wave number of the highest modes that an element resolves, over that of its order
+# Wave number of the highest modes that an element resolves, over that of its order. Of 98 solves of
+# blades 0.6 takes a fourth more time and 0.3 a tenth less, with errors up to 0.37 and 0.46 of their
+# estimates, as here 0.37; with 0.15 two are larger, up to 18 times.
+WAVES = 0.4
 
 
 class Pieces(NamedTuple):
