@@ -87,10 +87,13 @@ class Balance(Protocol):
 def balancing_step(state: Balance) -> NDArray:
     """Newton's step (n,) from a state to the equilibrium near it. LinAlgError where f <= 0, or
     where the step is so long that it may lead to another equilibrium."""
+    _check(state.f.min() > 0)
     residual = state.residual
     if not residual.any():  # nothing loads the beam, which may turn freely
         return np.zeros_like(residual)
-    return _checked(state, -np.linalg.solve(state.stiffness, residual))
+    step = -np.linalg.solve(state.stiffness, residual)
+    _check(state.step_size(step) < LARGEST_STEP)
+    return step
 
 
 def bordered(state: Balance, by_parameter: NDArray, row: NDArray) -> NDArray:
@@ -105,15 +108,17 @@ def bordered_step(
 ) -> NDArray:
     """Newton's step (n + 1,) of the unknowns and the parameter, see `bordered`. missing: what is
     left of the equation. LinAlgError as in `balancing_step`."""
+    _check(state.f.min() > 0)
     tangent = bordered(state, by_parameter, row)
-    return _checked(state, -np.linalg.solve(tangent, np.append(state.residual, missing)))
-
-
-def _checked(state: Balance, step: NDArray) -> NDArray:
-    """The step; LinAlgError where it should not be taken."""
-    if not (state.f.min() > 0 and state.step_size(step[: len(state.residual)]) < LARGEST_STEP):
-        raise np.linalg.LinAlgError
+    step = -np.linalg.solve(tangent, np.append(state.residual, missing))
+    _check(state.step_size(step[:-1]) < LARGEST_STEP)
     return step
+
+
+def _check(condition: bool) -> None:
+    """LinAlgError where a step should not be taken."""
+    if not condition:
+        raise np.linalg.LinAlgError
 
 
 Solver = Callable[[float, NDArray], Root | None]

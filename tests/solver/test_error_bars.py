@@ -10,9 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import load_script, slow
-from oracle.error_bars import Scene, oracle_answer, random_scene, verdict
+from oracle.error_bars import (
+    Scene,
+    bent_verdict,
+    oracle_answer,
+    random_bent_dip_scene,
+    random_scene,
+    verdict,
+)
 
-from beamviz import Beam
+from beamviz import Beam, NoEquilibrium, solve
 
 SCRIPT = load_script("measure_error_bars")
 ROOT = Path(__file__).parents[2]
@@ -39,6 +46,26 @@ def test_random_beams(seed):
     if found["kind"] == "within" and scene.beam.delta >= 0:
         sizes, tolerance = np.array(found["sizes"]), scene.options["tolerance"]
         assert np.all(np.array(found["reported"]) <= 1.01 * tolerance * sizes + 1e-9 * sizes[-1])
+
+
+@pytest.mark.parametrize("seed", [418, *slow(38, 76, 201, 247, 253, 357, 488)])
+def test_deflected_blades_with_dips(seed):
+    """Of a strain that is large where the blade is soft, on elements that reach over the dip: there
+    the stretch of a section has two roots, and one fitted to another mesh may be negative."""
+    found = bent_verdict(random_bent_dip_scene(seed))
+    assert found["kind"] in SCRIPT.GOOD, found
+
+
+@pytest.mark.slow
+def test_the_limit_in_a_dip_is_the_same_from_all_speeds():
+    """Beyond it elements over the dip have a state that finer ones have not."""
+    beam, options = random_bent_dip_scene(38)
+    limits = []
+    for gamma in (2.2, 3.0, beam.gamma):
+        with pytest.raises(NoEquilibrium) as raised:
+            solve(beam.replace(gamma=gamma), **options)
+        limits.append(raised.value.limit)
+    assert limits == pytest.approx([2.095] * 3, rel=1e-3)
 
 
 def test_what_is_wrong_is_recognised():
