@@ -14,16 +14,18 @@ from beamviz.space.elements import Elements
 # Safety factor of the truncation error: twice the least for which the errors of 5000 random beams
 # over the accepted domain were within their estimates (scripts/measure_error_bars.py).
 TRUNCATION_FACTOR = 10.0
+# Of the error allowed, share that the quadrature of a blade may have. 80 blades with dips take as
+# long with ten times as much and a quarter more time with a tenth; with ten times as much elements
+# are refined in vain where a frequency nearly vanishes.
+QUADRATURE = 0.1
 MAX_ORDER = 30  # of an element: from here two halves with the same digits have fewer unknowns
 KINKED_ORDER = 16  # of an element with stations of a blade inside
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 
 
 def quadrature_share(tolerance: float) -> float:
-    """The share of the energy of a mode that the quadrature of a blade may lose. With a hundredth
-    of it 80 blades with dips took as many unknowns and a quarter more time, and no error was
-    smaller; with ten times as much they took as long."""
-    return tolerance / TRUNCATION_FACTOR
+    """The share of the energy of a mode that the quadrature of a blade may lose."""
+    return QUADRATURE * tolerance / TRUNCATION_FACTOR
 
 
 def truncation_errors(tail: NDArray, scale: NDArray, lost: NDArray, stretch: NDArray) -> NDArray:
