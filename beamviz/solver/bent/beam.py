@@ -194,7 +194,7 @@ class BentState(PlanarState):
             mu^2 EA n(f) + p / 2 f^(-p - 1) m^2 / EI = P,
 
         whose derivative by f is the stiffness. Of the roots that the bending term may add one alone
-        is stiff: it is sought from where the law is stiffest. 0 where no stretch carries P and m.
+        is stiff: it is sought from where the law is stiffest. -1 where no stretch carries P and m.
         """
         section, at = self.beam.section, self.beam.sections
         p, law = section.power, section.law
@@ -213,7 +213,7 @@ class BentState(PlanarState):
             if not moving.any():
                 break
             f = f * (1 + np.where(moving, step, 0.0))
-        stiffness = np.where(moving, 0.0, stiffness)
+        stiffness = np.where(moving, -1.0, stiffness)
         at_points = section.stiffness_at_constant_moment(self.f, self.kappa) / section.axial
         return np.append(at_points, stiffness)
 
