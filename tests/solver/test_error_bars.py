@@ -99,6 +99,7 @@ def test_a_limit_is_held_against_the_oracle():
         ("error_bars", 2500, 0, "frequencies within", {"outside", "wrong-family"}),
         ("error_bars_space", 500, 400, "beams within", set()),
         ("error_bars_bent", 1000, 1000, "beams within", {"outside"}),
+        ("error_bars_bent_blades", 500, 400, "beams within", set()),
     ],
 )
 def test_the_committed_measurement(name, beams, compared, share, kinds):
