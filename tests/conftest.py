@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,35 @@ def pytest_configure(config: pytest.Config) -> None:
     parallel = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if parallel and not config.option.collectonly and find_browser():
         start_browser()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests in the order of what they need: a solver, a server or process, a browser. Those that
+    share what is made once for their file stay in one process of pytest-xdist."""
+    counts = Counter(item.path for item in items)
+    # The longest files first, as the last one to start is waited for.
+    items.sort(key=lambda item: (needs(item), -counts[item.path] if needs(item) else 0))
+    for item in items:
+        if shares(item):
+            group = item.path.relative_to(item.config.rootpath).as_posix()
+            item.add_marker(pytest.mark.xdist_group(group))
+
+
+def needs(item: pytest.Item) -> int:
+    """0: nothing that runs beside the test; 1: a server or a process, 2: a browser."""
+    if not isinstance(item, pytest.Function):
+        return 0
+    modules = {getattr(each, "__module__", None) or "" for each in vars(item.module).values()}
+    if "live.browser" in modules:
+        return 2
+    return int(any(name.partition(".")[0] == "live" for name in modules))
+
+
+def shares(item: pytest.Item) -> bool:
+    """Whether a test uses a fixture that is made once for its file."""
+    info = getattr(item, "_fixtureinfo", None)
+    every = info.name2fixturedefs.values() if info else ()
+    return any(fixture.scope == "module" for definitions in every for fixture in definitions)
 
 
 STEEL = """\
