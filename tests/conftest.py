@@ -118,7 +118,26 @@ def url(request: pytest.FixtureRequest, frame_loops) -> Iterator[str]:
 
 
 @pytest.fixture
-def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
+def guest(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """A new visitor, without a connection (live.offline.Local), of an explorer that begins with
+    PAPER, or with the scene that the file calls FIRST."""
+    from live.offline import local
+    from live.visitor import PAPER
+
+    from beamviz.scene import Scene
+
+    with local(getattr(request.module, "FIRST", Scene(PAPER))) as visiting:
+        yield visiting
+
+
+@pytest.fixture
+def session(guest) -> Any:
+    """The session of `guest`."""
+    return guest.session
+
+
+@pytest.fixture
+def connected(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
     """A new visitor (live.visitor) of the explorer of the file."""
     from live.visitor import visitor
 
@@ -129,8 +148,8 @@ def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
 
 
 @pytest.fixture
-def session(guest, url, frame_loops) -> Any:
-    """The session of `guest` in the explorer of the file."""
+def served(connected, url, frame_loops) -> Any:
+    """The session of `connected` in the explorer of the file."""
     from live.server import frame_loop_at
 
     sessions = frame_loop_at(url, frame_loops).sessions

@@ -40,7 +40,9 @@ def is_beside(text: dict[str, float], mark: dict[str, float], size: tuple[int, i
     return inside and text["left"] <= mark["right"] and 0 <= gap <= 20
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844)], ids=str)
+@pytest.mark.parametrize(
+    "size", [(1440, 900), (390, 844), *slow(((1920, 1080),), ((820, 1180),))], ids=str
+)
 def test_a_text_opens_beside_its_question_mark(desk, size):
     """All of it on the page, at most a line away, and not cut off by its table."""
     desk.resize(*size)
@@ -249,7 +251,7 @@ def test_a_button_works_before_the_first_chart_is_there(url, monkeypatch):
         release.set()
 
 
-@pytest.mark.parametrize("width", [1100, 1250, 1280, 1440, 1920])
+@pytest.mark.parametrize("width", [1100, 1280, *slow(1250, 1440, 1920)])
 def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
     """Which are in their row, also while the chart is zoomed."""
     desk.resize(width, 720)
@@ -524,7 +526,7 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     wait_until(lambda: are_apart(desk.evaluate(boxes)))
 
 
-@pytest.mark.parametrize("rotating", [True, False])
+@pytest.mark.parametrize("rotating", [True, *slow(False)])
 def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotating):
     """From the side, and from the top, where the beams cover each other."""
     edits = ("rotating_frame", rotating), ("comparison", "mass"), ("stacked", True)
@@ -584,7 +586,7 @@ LETTERS = 22  # [px] a line of text, of which another font may need one more on 
 
 
 @pytest.mark.parametrize(
-    "size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844), (960, 1080)], ids=str
+    "size", [(1440, 900), (390, 844), *slow(((1920, 1080),), ((820, 1180),), ((960, 1080),))], ids=str
 )
 def test_the_beam_does_not_swing_behind_the_invitation(url, size):
     """In the stationary frame its tip passes below it, on every screen. The words of the invitation

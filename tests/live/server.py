@@ -25,12 +25,15 @@ from websockets.sync.connection import Connection
 from beamviz.solver import interruption
 
 ROOT = Path(__file__).resolve().parents[2]
-TIMEOUT = 60.0  # [s] of what is quick, on a machine however busy
+TIMEOUT = float(os.environ.get("TT", 60.0))  # [s] of what is quick, on a machine however busy
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA_MESSAGE: dict[str, Any] = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0)}
 CAMERA_MESSAGE |= {"position": (0.0, -3.0, 2.0), "look_at": (0.0, 0.0, 0.0)}
 CAMERA_MESSAGE |= {"up_direction": (0.0, 0.0, 1.0), "fov": 0.4, "near": 0.01, "far": 1000.0}
 CAMERA_MESSAGE |= {"image_height": 720, "image_width": 1280}
+
+
+MEANWHILE: list[Callable[[], Any]] = []  # what has to go on while a test waits
 
 
 def free_port(host: str = "127.0.0.1") -> int:
@@ -125,12 +128,15 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
 
 
 def wait_until(done: Callable[[], Any], timeout: float = TIMEOUT, about: str = "") -> Any:
-    """Wait until `done` returns a true value; that value."""
+    """Wait until `done` returns a true value; that value. MEANWHILE is called while it waits."""
     end = time.monotonic() + timeout
     while not (value := done()):
         if time.monotonic() > end:
             raise TimeoutError(f"not true within {timeout:g} s{about}")
-        time.sleep(0.02)
+        for call in MEANWHILE:
+            call()
+        if not MEANWHILE:
+            time.sleep(0.02)
     return value
 
 
