@@ -586,7 +586,9 @@ LETTERS = 22  # [px] a line of text, of which another font may need one more on 
 
 
 @pytest.mark.parametrize(
-    "size", [(1440, 900), (390, 844), *slow(((1920, 1080),), ((820, 1180),), ((960, 1080),))], ids=str
+    "size",
+    [(1440, 900), (390, 844), *slow(((1920, 1080),), ((820, 1180),), ((960, 1080),))],
+    ids=str,
 )
 def test_the_beam_does_not_swing_behind_the_invitation(url, size):
     """In the stationary frame its tip passes below it, on every screen. The words of the invitation
