@@ -94,18 +94,23 @@ class Control:
 
 
 class Client:
-    """What a session uses of a client of viser. scripts: called for what the page is sent."""
+    """What a session uses of a client of viser. scripts: called for what the page is sent;
+    downloads: names and contents of files."""
 
     atomic = staticmethod(nullcontext)
 
     def __init__(self) -> None:
         self.scene, self.camera, self.scripts = Graph(), Camera(), list[Callable[[], str]]()
-        self.commands: dict[str, Control] = {}
+        self.commands, self.downloads = dict[str, Control](), dict[str, bytes]()
         self.gui = SimpleNamespace(
             add_text=lambda *given, **options: Control(),
             add_command=lambda name: self.commands.setdefault(name, Control()),
             configure_theme=lambda **options: None,
         )
+
+    def send_file_download(self, name: str, content: bytes, *, save_immediately: bool) -> None:
+        """Keep a file that is sent."""
+        self.downloads[name] = content
 
     def flush(self) -> None:
         """All is received at once."""
