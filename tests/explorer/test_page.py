@@ -282,6 +282,7 @@ def test_a_drag_beside_the_beam_turns_the_view(url, alpha):
         assert opened.problems == []
 
 
+@pytest.mark.slow
 def test_each_body_is_dragged_by_a_mouse(shown, frame_loops):
     """A box and a collar, each without the other, and undone one by one."""
     shown.resize(1440, 900)

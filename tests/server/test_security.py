@@ -234,6 +234,7 @@ def test_every_response_has_the_security_headers(plain, url, capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_half_open_sockets_are_closed(monkeypatch):
     """Connections without a request, or with half of one; a visitor is served meanwhile."""
     monkeypatch.setattr(connection, "TIMEOUT", 3.0)  # that the visitor needs for a ping at most
@@ -250,6 +251,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
                     pass
 
 
+@pytest.mark.slow
 def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
     """A page of a sleeping machine answers no pings, and must not fill the memory."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)
