@@ -27,11 +27,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests in the order of what they need: a solver, a server or process, a browser. Those that
-    share what is made once for their file stay in one process of pytest-xdist."""
+    """Quick tests first, in the order of what they need: a solver, a server or process, a browser.
+    Those that share what is made once for their file stay in one process of pytest-xdist."""
     counts = Counter(item.path for item in items)
-    # The longest files first, as the last one to start is waited for.
-    items.sort(key=lambda item: (needs(item), -counts[item.path] if needs(item) else 0))
+
+    def order(item: pytest.Item) -> tuple[bool, int, int]:
+        """Of browsers the longest files first, as the last one to start is waited for."""
+        is_slow = item.get_closest_marker("slow") is not None
+        return is_slow, needs(item), -counts[item.path] if needs(item) else 0
+
+    items.sort(key=order)
     for item in items:
         if shares(item):
             group = item.path.relative_to(item.config.rootpath).as_posix()
