@@ -1,9 +1,11 @@
 """Settings of every test, made before numpy is imported, and shared fixtures."""
 
 import os
+import re
 import signal
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +29,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Quick tests first, in the order of what they need: a solver, a server or process, a browser.
-    Those that share what is made once for their file stay in one process of pytest-xdist."""
+    """Quick tests first, in the order of what they need: a solver, a server or process, a
+    browser."""
     counts = Counter(item.path for item in items)
 
     def order(item: pytest.Item) -> tuple[bool, int, int]:
@@ -37,10 +39,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return is_slow, needs(item), -counts[item.path] if needs(item) else 0
 
     items.sort(key=order)
-    for item in items:
-        if shares(item):
-            group = item.path.relative_to(item.config.rootpath).as_posix()
-            item.add_marker(pytest.mark.xdist_group(group))
 
 
 def needs(item: pytest.Item) -> int:
@@ -53,11 +51,29 @@ def needs(item: pytest.Item) -> int:
     return int(any(name.partition(".")[0] == "live" for name in modules))
 
 
-def shares(item: pytest.Item) -> bool:
-    """Whether a test uses a fixture that is made once for its file."""
-    info = getattr(item, "_fixtureinfo", None)
-    every = info.name2fixturedefs.values() if info else ()
-    return any(fixture.scope == "module" for definitions in every for fixture in definitions)
+SHARED = re.compile(r'scope="module"|\b(?:url|shown|connected|plain)\b')  # fixtures of a file
+
+
+@cache
+def shares(file: str) -> bool:
+    """Whether the tests of a file use what is made once for all of them."""
+    return bool(SHARED.search(Path(file).read_text(encoding="utf-8")))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With `--dist loadscope` of pytest-xdist: tests of a file that share something stay in one of
+    its processes, others are given out one by one."""
+    if config.getvalue("dist") != "loadscope":
+        return None
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return file if shares(str(config.rootpath / file)) else nodeid
+
+    return Scheduling(config, log)
 
 
 STEEL = """\
