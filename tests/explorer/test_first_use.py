@@ -1,5 +1,6 @@
 """What a new user does on the real page: reads a text, types a number, goes back, uses keys."""
 
+import json
 import threading
 
 import numpy as np
@@ -680,3 +681,28 @@ def test_a_slider_keeps_its_place_until_a_slow_server_has_answered(desk):
     desk.catch_up()
     assert desk.number("gamma") == pytest.approx(5.4)
     assert desk.evaluate(f"{by_id('gamma-slider')}.value") == "5.4"
+
+
+def test_the_text_at_the_pointer_has_the_frequencies_there(desk):
+    """Between the points of the chart, too: as of two lines that are straight between their ends.
+    Negative numbers of the axis have a true minus sign."""
+    desk.open_tab("frequencies")
+    desk.send("over", "delta", until="beamviz.drawn['loci-chart'].x?.symbol === 'δ'")
+    desk.send("delta", -0.5, until="beamviz.drawn['loci-chart'].x.range[0] < 0")
+    lines = [
+        {"label": name, "at": [-0.5, 1.5], "y": [low, high], "runs": [[0, 1, "bending", name]]}
+        for name, low, high in (("B1", 4.0, 8.0), ("B2", 20.0, 30.0))
+    ]
+    desk.evaluate(f"beamviz.apply({{charts: {{'loci-chart': {{lines: {json.dumps(lines)}}}}}}})")
+    chart = by_id("loci-chart")
+    left, top, width, height = desk.box(f"{chart}.querySelector('.plot')")
+    desk.mouse("mouseMoved", left + 0.5 * width, top + 0.5 * height)
+    text = desk.wait(f"{chart}.querySelector('.readout:not([hidden])')?.innerText")
+    first, *told = text.replace("−", "-").splitlines()
+    share = (float(first.split()[-1]) + 0.5) / 2
+    assert 0.1 < share < 0.9
+    found = dict(line.split()[:2] for line in told if line.startswith("B"))
+    assert float(found["B1"]) == pytest.approx(4 + 4 * share, rel=0.01)
+    assert float(found["B2"]) == pytest.approx(20 + 10 * share, rel=0.01)
+    ticks = f"[...{chart}.querySelectorAll('text.tick')].map(e => e.textContent)"
+    assert any(one.startswith("−") for one in desk.evaluate(ticks))
