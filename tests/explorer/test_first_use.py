@@ -706,3 +706,41 @@ def test_the_text_at_the_pointer_has_the_frequencies_there(desk):
     assert float(found["B2"]) == pytest.approx(20 + 10 * share, rel=0.01)
     ticks = f"[...{chart}.querySelectorAll('text.tick')].map(e => e.textContent)"
     assert any(one.startswith("−") for one in desk.evaluate(ticks))
+
+
+def test_a_checkbox_shows_what_the_server_says(desk):
+    """Also where another control, or an undo, has changed it."""
+    name = "document.querySelector('#controls input[type=checkbox][data-set]')"
+    key, before = desk.evaluate(f"[{name}.dataset.set, {name}.checked]")
+    for value in (not before, before):
+        desk.send(key, value, until=f"{name}.checked === {str(value).lower()}")
+
+
+def test_a_finger_scrolls_the_page_from_a_chart_too(desk):
+    """Which takes only what moves along its axis; and the chart has room on a phone."""
+    desk.resize(390, 844)
+    plot = f"{by_id('loci-chart')}.querySelector('.plot')"
+    desk.wait(f"{plot}.clientHeight >= 200")
+    assert desk.evaluate(f"getComputedStyle({plot}).touchAction") == "pan-y"
+    height = "document.querySelector('.chart').clientHeight"
+    assert desk.evaluate(height) >= desk.evaluate(f"{plot}.clientHeight")
+
+
+CROSSING = """(() => {
+  const middle = (e) => { const r = e.getBoundingClientRect();
+    return [(r.left + r.right) / 2, (r.top + r.bottom) / 2]; };
+  const chart = document.getElementById('loci-chart');
+  const mark = chart.querySelector('.events > .mark[aria-label*="S1 and B3"]');
+  return mark && [middle(mark), ...[...chart.querySelectorAll('.ring')].map(middle)]; })()"""
+
+
+def test_the_mark_of_a_crossing_is_at_the_rings_of_a_beam_there(desk):
+    """S1 and B3 cross at gamma = 9.3733."""
+    desk.open_tab("frequencies")
+    desk.send("gamma", 9.3733, until=f"({CROSSING})?.length > 4")
+
+    def apart() -> float:
+        mark, *rings = desk.evaluate(CROSSING)
+        return min(np.linalg.norm(np.subtract(mark, ring)) for ring in rings)
+
+    wait_until(lambda: apart() < 1.5)  # [px]

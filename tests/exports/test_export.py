@@ -230,6 +230,10 @@ def test_exports_of_a_real_beam_are_in_si(tmp_path):
     modes, along = read_csv(tmp_path / "a.csv"), read_csv(tmp_path / "a.shapes.csv")
     assert modes["frequency [Hz]"] == close(hertz)
     assert modes["frequency [rad/s]"] == pytest.approx(2 * math.pi * hertz)
+    inward = solve(Beam(gamma=5, delta=-1, units=beam.units))
+    export(tmp_path / "inward.csv", Scene(inward.beam))
+    grows = read_csv(tmp_path / "inward.csv")["growth rate [1/s]"]
+    assert grows[0] == pytest.approx(inward.growth_rates[0] / beam.units.time)
     assert along["position along [m]"] == close(2 * along["position along [L]"])
     newtons = beam.units.newtons(solve(beam).equilibrium.force(along["x [L]"]))
     assert newtons.max() > 1
@@ -249,7 +253,10 @@ def test_a_model_of_a_blade_is_in_metres(tmp_path):
     export(tmp_path / "a.glb", scene)
     gltf = pygltflib.GLTF2().load(tmp_path / "a.glb")
     length = BLADE.units.length
-    assert gltf.nodes[gltf.scenes[0].nodes[0]].scale == [length] * 3
+    root = gltf.nodes[gltf.scenes[0].nodes[0]]
+    assert root.scale == [length] * 3
+    up = Rotation.from_quat(root.rotation).apply([0, 0, 1])  # of our scenes; glTF's is y
+    assert up == pytest.approx([0, 1, 0], abs=1e-6)
     read = trimesh.load(tmp_path / "a.glb").geometry
     assert set(read) == {"hub", "beam", "mass 1", "mass 2", "fork", "pin", "spring"}
     assert read["beam"].is_volume
