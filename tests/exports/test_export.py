@@ -351,7 +351,6 @@ def test_the_edge_of_the_panel_of_a_dark_page_is_dark_on_a_phone(tmp_path):
     assert max(map(int, re.findall(r"\d+", edge)[:3])) < 100
 
 
-@pytest.mark.slow
 def test_a_page_plays_from_the_disk_without_a_network(document):
     """In a browser that is offline the beam moves, and the page complains of nothing."""
     beam = "window.__viserMutable?.nodeRefFromName?.['/scene/rotor/beam']"
@@ -368,6 +367,28 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         shown.wait(f"{place} !== {first!r}", 60)
         assert shown.evaluate("document.querySelector('aside').innerText").count("bending") == 4
         assert shown.problems == []
+
+
+def test_the_colours_of_a_page_end_at_the_largest_displacement(tmp_path):
+    """At full swing the tip has the last colour of the scale, a few pieces beside it nearly that,
+    and no others."""
+    export(tmp_path / "a.html", Scene.of(PAPER, mode=1))
+    colours = """(() => { let mesh;
+      window.__viserMutable?.nodeRefFromName?.['/scene/rotor/beam']?.traverse(n => {
+        const data = n.matricesTexture?._data;
+        if (data && Math.hypot(...data.slice(4, 7)) > 1e-5) mesh = n; });
+      const data = mesh?.colorsTexture?._data;
+      return data && Array.from(data.slice(0, 4 * mesh.instancesCount)); })()"""
+    with page("about:blank", 400, 300) as shown:
+        still = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+        shown.call("Emulation.setEmulatedMedia", features=still)
+        shown.call("Page.navigate", url=(tmp_path / "a.html").as_uri())
+        shown.wait(f"({colours})?.length > 40", 60)
+        shown.next_frame(5)
+        pieces = np.reshape(shown.evaluate(colours), (-1, 4))[:, :3]
+    as_the_tip = np.abs(pieces - pieces[-1]).max(axis=1) < 1e-3
+    assert as_the_tip.mean() < 0.15
+    assert len(np.unique(pieces.round(4), axis=0)) > 10
 
 
 @pytest.mark.slow

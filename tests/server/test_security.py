@@ -29,7 +29,7 @@ EVIL = "evil.example"
 REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", f"localhost.{EVIL}", "user@127.0.0.1:{port}")
 REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port", "127.0.0.1:0")
 FOREIGN: list[dict[str, str]] = [
-    *({"Origin": origin} for origin in (f"http://{EVIL}", "null")),
+    *({"Origin": origin} for origin in (f"http://{EVIL}", "null", "")),
     # DNS rebinding makes a foreign page same-origin; only the Host header shows it.
     *({"Host": name, "Origin": f"http://{name}"} for name in REBOUND),
 ]
