@@ -54,7 +54,7 @@ def test_a_long_motion_has_no_false_frequencies():
     """A third mode alone, for so long that 8192 samples would show it at a lower frequency."""
     beam = Beam(gamma=1)
     omega = solve(beam, coriolis=True).frequencies[2]
-    moved = motion(beam, 500, start={"B3": 1e-4}, integrator="gauss", step=0.05)
+    moved = motion(beam, 420, start={"B3": 1e-4}, integrator="gauss", step=0.05)
     frequency, amplitude = moved.spectrum()
     assert frequency[amplitude.argmax()] == pytest.approx(omega, rel=1e-3)
 
