@@ -450,7 +450,7 @@ def test_the_chart_of_a_page_can_be_read(tmp_path, dark):
     export(tmp_path / "a.html", Scene.of(PAPER, mode=2, dark=dark))
     ground = "getComputedStyle(document.querySelector('aside')).backgroundColor"
     label = "document.querySelector('aside svg #text_1').getBoundingClientRect().height"
-    with page((tmp_path / "a.html").as_uri(), 1280, 720, is_drawn=True) as shown:
+    with page((tmp_path / "a.html").as_uri(), 1280, 720) as shown:
         shown.wait("!!document.querySelector('aside svg')", 60)
         assert shown.evaluate(label) > 8  # [px] of a digit, which has two thirds of a line
         channels = re.findall(r"\d+", shown.evaluate(ground))
