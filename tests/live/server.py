@@ -25,7 +25,7 @@ from websockets.sync.connection import Connection
 from beamviz.solver import interruption
 
 ROOT = Path(__file__).resolve().parents[2]
-TIMEOUT = float(os.environ.get("TT", 60.0))  # [s] of what is quick, on a machine however busy
+TIMEOUT = 60.0  # [s] of what is quick, on a machine however busy
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA_MESSAGE: dict[str, Any] = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0)}
 CAMERA_MESSAGE |= {"position": (0.0, -3.0, 2.0), "look_at": (0.0, 0.0, 0.0)}
