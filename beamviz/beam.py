@@ -116,6 +116,7 @@ SECTION = {  # of bending in space
 }
 NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP, **SECTION}
 MAX_GAMMA_OVER_MU = 5.0
+TOML_SUFFIXES = (".toml", "")
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
@@ -400,7 +401,7 @@ class Beam:
         those of the file. Warns with LeftOut of what the model leaves out. InvalidInput names the
         file, line, station and column.
         """
-        if Path(path).suffix.lower() == ".toml":
+        if Path(path).suffix.lower() in TOML_SUFFIXES:
             if values:
                 name, value = next(iter(values.items()))
                 raise InvalidInput(f"{name} = {value!r} and {path}: give it in the file")

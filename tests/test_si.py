@@ -270,9 +270,9 @@ def test_an_error_of_a_file_names_it_the_key_and_the_unit(tmp_path, line, messag
 def test_a_key_within_a_message_has_no_unit(tmp_path):
     """Nor one of a scene that is no quantity in SI."""
     beam, scene = tmp_path / "beam.toml", tmp_path / "scene.toml"
-    lines = (f"{name} = {value}" for name, value in (TUBE | {"second_moment": 1e-14}).items())
+    lines = (f"{name} = {value}" for name, value in (TUBE | {"second_moment": 1e-20}).items())
     beam.write_text("\n".join(lines))
-    with pytest.raises(InvalidInput, match="over length = "):
+    with pytest.raises(InvalidInput, match=r"[^a-z]length sqrt"):
         Beam.from_toml(beam)
     scene.write_text("[camera]\nposition = [0, 0, 1e9]")
     with pytest.raises(InvalidInput, match="position = 1000000000"):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import NUMBERS, Beam, rounded_into
+from beamviz.beam import NUMBERS, TOML_SUFFIXES, Beam, rounded_into
 from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput, did_you_mean
 from beamviz.presets import PRESETS
@@ -124,7 +124,7 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
         hint = did_you_mean(str(si), PRESETS)
         raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}{hint}")
     file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
-    is_blade = file.suffix.lower() != ".toml"
+    is_blade = file.suffix.lower() not in TOML_SUFFIXES
     for name, value in given.items():
         if name == "mu" or not is_blade:
             option = f"--{name} {value}".replace("_", "-")
