@@ -14,6 +14,7 @@ from beamviz.blade_files import read_blade_file
 from beamviz.checks import as_float, check_float, full_text, is_number, together
 from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
 from beamviz.input_files import errors_of_file, parse_toml, read_small
+from beamviz.mass_properties import MassProperties, mass_properties
 from beamviz.plausibility import doubts
 from beamviz.si import (
     INEXTENSIBLE,
@@ -369,6 +370,11 @@ class Beam:
         """Warn of each value that is likely in another unit; stacklevel: as in `warnings.warn`."""
         for text in self.doubts:
             warnings.warn(text, ImplausibleInput, stacklevel)
+
+    @property
+    def mass_properties(self) -> MassProperties | None:
+        """Mass, centre of mass and moments of the beam itself; None where its mass is not known."""
+        return mass_properties(self.blade, self.units, self.delta) if self.units else None
 
     @property
     def physical(self) -> PhysicalBeam | None:

@@ -18,7 +18,7 @@ from beamviz.conversions import in_si
 from beamviz.errors import InvalidInput, LeftOut
 from beamviz.input_files import decoded, read_small
 
-__all__ = ["FORMATS", "BladeData", "Format", "parse_blade", "read_blade_file"]
+__all__ = ["FORMATS", "BladeData", "Format", "Text", "delimited", "parse_blade", "read_blade_file"]
 
 
 MAX_BYTES = 2_000_000

@@ -114,16 +114,13 @@ def named_columns(
     rows = rows_of(file)
     if not rows:
         raise InvalidInput(f"{file.name}: has no rows")
-    names, below = list(rows[0].cells), rows[1:]
-    if not all(map(is_text, filter(None, names))):
+    if not all(map(is_text, filter(None, rows[0].cells))):
         raise InvalidInput(
             f"{file.name}: line {rows[0].line}: must name the columns: {', '.join(units)}"
         )
-    if below and all(map(is_text, filter(None, below[0].cells))) and any(below[0].cells):
-        units_below = [re.sub(r"[\[\]()]", "", cell) for cell in below[0].cells]
-        if len(units_below) == len(names):
-            names = [f"{name} [{unit}]" for name, unit in zip(names, units_below, strict=True)]
-        below = below[1:]
+    cells = [list(row.cells) for row in rows]
+    names = names_with_units(cells)
+    below = rows[len(rows) - len(cells) :]
     headings = [heading(file.name, name, units) for name in names]
     keys = [each.key for each in headings]
     for key in required:
@@ -140,6 +137,18 @@ def named_columns(
                 f" {len(names)}"
             )
     return headings, below
+
+
+def names_with_units(rows: list[list[str]]) -> list[str]:
+    """The names of columns, taken from the rows, with the units in a row of their own below them,
+    if there is one, in brackets."""
+    names = rows.pop(0)
+    if not rows or len(rows[0]) != len(names) or not any(rows[0]):
+        return names
+    if not all(map(is_text, filter(None, rows[0]))):
+        return names
+    units = [re.sub(r"[\[\]()]", "", cell) for cell in rows.pop(0)]
+    return [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
 
 
 def heading(file: str, cell: str, units: Mapping[str, str]) -> Heading:
