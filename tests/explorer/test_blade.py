@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import blade_texts
 import pytest
 from helpers import slow
 from live.axe import load_axe, violations
@@ -21,6 +22,7 @@ from beamviz.explorer.blade_table import (
     beam_of,
     draft_of,
     draft_of_text,
+    parse_stations,
     parse_table,
     text_of_draft,
     wrong_entries,
@@ -100,6 +102,22 @@ def test_a_table_is_taken_as_people_have_it(text, cells):
     """By tabs, commas, semicolons or blanks; with comments; with names in another order."""
     rows = ["\t".join(row).rstrip() for row in parse_table(text, STATIONS)]
     assert rows == [row.rstrip() for row in cells.split("\n")]
+
+
+@pytest.mark.parametrize("kind", ["elastodyn", "bmodes", "hawc2", "flex"])
+def test_a_file_of_the_field_is_taken_as_a_table(kind):
+    """Its fractions are those of the length of the beam shown; the twist is in its column."""
+    pasted = parse_stations(getattr(blade_texts, kind)(), blade_texts.BLADE.length)
+    for k, expected in (
+        (0, blade_texts.BLADE.stations),
+        (1, blade_texts.BLADE.mass),
+        (2, blade_texts.BLADE.edge),
+        (4, blade_texts.BLADE.flap),
+        (5, blade_texts.BLADE.twist),
+    ):
+        assert [float(row[k]) for row in pasted.rows] == pytest.approx(expected, rel=1e-5)
+    assert "torsion" in pasted.left_out
+    assert wrong_entries(Draft(pasted.rows)) == []
 
 
 @pytest.mark.parametrize(
@@ -481,7 +499,10 @@ def opened(url) -> Iterator[Page]:
         yield opened
 
 
-CELLS = "[...document.querySelectorAll('#blade table')[0].querySelectorAll('td:not(.hidden) > input.cell')]"
+CELLS = (
+    "[...document.querySelectorAll('#blade table')[0]"
+    ".querySelectorAll('td:not(.hidden) > input.cell')]"
+)
 PASTE = """(text => {{ const data = new DataTransfer(); data.setData('text', text);
   const cell = {cell}; cell.focus(); cell.dispatchEvent(new ClipboardEvent('paste',
   {{clipboardData: data, bubbles: true, cancelable: true}})) }})({text})"""

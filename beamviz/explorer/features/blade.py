@@ -160,10 +160,12 @@ class BladePanel(Feature):
             load(visitor, "", lambda _: beam, then=partial(with_draft, draft=kept))
 
     def type(self, name: str, text: Any) -> None:
-        """Take a table as the page sends it: the texts of all its cells."""
+        """Take a table as the page sends it: the texts of its cells, the last ones of which may be
+        left out."""
         columns, rows = len(TABLES[name]), rows_sent(str(text))
-        if all(len(row) == columns for row in rows):
-            self.edit(lambda draft, _: with_rows(draft, name, rows))
+        if all(len(row) <= columns for row in rows):
+            padded = tuple((*row, *[""] * (columns - len(row))) for row in rows)
+            self.edit(lambda draft, _: with_rows(draft, name, padded))
 
     def add(self, name: str, _: Any) -> None:
         """Add a station or a body, whose first cell gets the focus."""
