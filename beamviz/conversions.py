@@ -55,7 +55,7 @@ CONVERSIONS = {
 }
 
 
-class Quantity(NamedTuple):
+class GivenQuantity(NamedTuple):
     """A number with the unit that was written beside it, "" without one."""
 
     value: float
@@ -85,13 +85,13 @@ def checked_unit_size(name: str, unit: str, si_unit: str) -> float:
     return size
 
 
-def parse_quantity(text: str) -> Quantity | None:
+def parse_quantity(text: str) -> GivenQuantity | None:
     """A number and its unit, as "300rpm" or "24 in"; None for a text that is neither."""
     match = re.fullmatch(r"\s*([-+]?[\d.][\d.]*(?:[eE][-+]?\d+)?)\s*([a-zA-Z°].*?)?\s*", text)
     if not match:
         return None
     try:
-        return Quantity(float(match[1]), match[2] or "")
+        return GivenQuantity(float(match[1]), match[2] or "")
     except ValueError:
         return None
 

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from beamviz.blade_files.data import BladeData
-from beamviz.blade_files.table import Row, Table, Text
+from beamviz.blade_files.table import FileTable, Row, Text
 from beamviz.conversions import checked_unit_size
 from beamviz.errors import InvalidInput, unknown_keyword
 
@@ -177,7 +177,7 @@ def is_table(file: Text) -> bool:
 def read_stations(file: Text) -> BladeData:
     """The blade of a table of stations. Raises InvalidInput with file, line, station and column."""
     headings, rows = named_columns(file, COLUMNS, REQUIRED)
-    table = Table(file.name, [each.key for each in headings], rows)
+    table = FileTable(file.name, [each.key for each in headings], rows)
     values: dict[str, Iterable[float]] = {}
     for each in headings:
         numbers = table.column(each.key, positive=each.key not in ("station", "twist"))

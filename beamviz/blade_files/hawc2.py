@@ -8,7 +8,7 @@ import re
 from typing import NamedTuple
 
 from beamviz.blade_files.data import BladeData
-from beamviz.blade_files.table import Table, Text, fixed_table
+from beamviz.blade_files.table import FileTable, Text, fixed_table
 from beamviz.errors import InvalidInput
 
 SECTION = ("r", "m", "x_cg", "y_cg", "ri_x", "ri_y")
@@ -70,7 +70,7 @@ def read_structure(file: Text, chosen: str = "") -> BladeData:
     return BladeData(values, left_out=tuple(left_out))
 
 
-def stiffnesses(table: Table) -> dict[str, tuple[float, ...]]:
+def stiffnesses(table: FileTable) -> dict[str, tuple[float, ...]]:
     """EI in the direction of the chord and across it, and EA. The axis x is along the chord."""
     if "E" not in table.columns:
         columns = {"flap_stiffness": "K_44", "bending_stiffness": "K_55", "axial_stiffness": "K_33"}

@@ -11,7 +11,7 @@ VALUE_AND_NAME = re.compile(r"""\s*("[^"]*"|'[^']*'|\S+)\s+([A-Za-z]\w*(?:\(\d+\
 FORTRAN = str.maketrans("dD", "ee")  # of an exponent: 1.0D+05
 
 
-class Line(NamedTuple):
+class FileLine(NamedTuple):
     """A line of a file, and its number from 1."""
 
     number: int
@@ -29,8 +29,8 @@ class Text(NamedTuple):
     text: str
 
     @property
-    def lines(self) -> list[Line]:
-        return [Line(k, line) for k, line in enumerate(self.text.splitlines(), 1)]
+    def lines(self) -> list[FileLine]:
+        return [FileLine(k, line) for k, line in enumerate(self.text.splitlines(), 1)]
 
 
 class Row(NamedTuple):
@@ -40,7 +40,7 @@ class Row(NamedTuple):
     cells: Sequence[str]
 
 
-class Table(NamedTuple):
+class FileTable(NamedTuple):
     """Rows of cells below names of columns."""
 
     file: str
@@ -73,8 +73,8 @@ def number_in(cell: str, place: str) -> float:
 
 
 def fixed_table(
-    file: Text, lines: Iterable[Line], columns: Sequence[str], count: int, what: str
-) -> Table:
+    file: Text, lines: Iterable[FileLine], columns: Sequence[str], count: int, what: str
+) -> FileTable:
     """The next `count` lines as a table with these columns, separated by blanks. Raises
     InvalidInput where there are fewer, or one has too few cells."""
     rows: list[Row] = []
@@ -94,7 +94,7 @@ def fixed_table(
         rows.append(Row(line.number, cells))
     if len(rows) < count:
         raise InvalidInput(f"{file.name}: ends after {len(rows)} of {count} {what}")
-    return Table(file.name, columns, rows)
+    return FileTable(file.name, columns, rows)
 
 
 class Entry(NamedTuple):
