@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         BeamvizError,
         ImplausibleInput,
         InvalidInput,
+        LeftOut,
         NoEquilibrium,
         NotConverged,
         Unavailable,
@@ -38,6 +39,7 @@ __all__ = [
     "Hub",
     "ImplausibleInput",
     "InvalidInput",
+    "LeftOut",
     "Loci",
     "Mass",
     "Motion",
@@ -72,6 +74,7 @@ ON_FIRST_USE = {
     "beamviz.errors": (
         "BeamvizError",
         "ImplausibleInput",
+        "LeftOut",
         "InvalidInput",
         "NoEquilibrium",
         "NotConverged",

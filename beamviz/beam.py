@@ -10,17 +10,19 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from beamviz.blade import Blade, Mass
+from beamviz.blade_files import read_blade_file
 from beamviz.checks import as_float, check_float, full_text, is_number, together
 from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
 from beamviz.input_files import errors_of_file, parse_toml, read_small
+from beamviz.mass_properties import MassProperties, mass_properties
 from beamviz.plausibility import doubts
 from beamviz.si import (
+    INEXTENSIBLE,
     TURN_LIMITS,
     VALUE_UNITS,
     PhysicalBeam,
     check_si_table,
     physical_beam,
-    read_stations,
 )
 from beamviz.units import Units
 
@@ -77,7 +79,7 @@ PARAMETERS = {  # in brackets: symbol, label, short label, formula
     ),
     "mu": Parameter(
         *("μ", "slenderness", "slenderness", "√(A L² / I)"),
-        limits=(10.0, 10000.0),
+        limits=(10.0, INEXTENSIBLE),
         slider=(10.0, 200.0, 1.0),
         hint="√12 times length over thickness of a rectangular section. Larger: higher stretching"
         " frequencies beside bending, and less stretch at the same speed",
@@ -115,6 +117,7 @@ SECTION = {  # of bending in space
 }
 NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP, **SECTION}
 MAX_GAMMA_OVER_MU = 5.0
+TOML_SUFFIXES = (".toml", "")
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
@@ -269,6 +272,8 @@ class Beam:
             texts.append(f"{len(self.masses)}{more} mass{s}")
         if self.root != math.inf:
             texts.append(f"root stiffness {self.root:g}" if self.root else "hinged root")
+        if self.mu == INEXTENSIBLE:
+            texts.append("inextensible")
         return texts
 
     def described(self, names: Iterable[str]) -> str:
@@ -305,9 +310,10 @@ class Beam:
     def from_si(cls, **values: Any) -> Self:
         """A beam from SI values.
 
-        length [m]. The section: mass_per_length [kg/m], bending_stiffness [N m^2] and
-        axial_stiffness [N]; each a number, or a sequence of one for each of the stations [m] from 0
-        at the root to the length. Between stations they are linear (or polynomials of a `degree`,
+        Values are numbers, or texts with a unit, as length="24 in". length [m]. The section:
+        mass_per_length [kg/m], bending_stiffness [N m^2] and axial_stiffness [N], without which the
+        beam is inextensible; each a number, or a sequence of one for each of the stations [m] from
+        0 at the root to the length. Between stations they are linear (or polynomials of a `degree`,
         see `Blade`); a station named twice is a jump. Or, of a uniform beam: density [kg/m^3], area
         [m^2], second_moment [m^4] and youngs_modulus [Pa]; then, for its stress, also yield_stress
         [Pa] and section_height [m], its size in the plane of bending. All bend in the plane of
@@ -366,6 +372,11 @@ class Beam:
             warnings.warn(text, ImplausibleInput, stacklevel)
 
     @property
+    def mass_properties(self) -> MassProperties | None:
+        """Mass, centre of mass and moments of the beam itself; None where its mass is not known."""
+        return mass_properties(self.blade, self.units, self.delta) if self.units else None
+
+    @property
     def physical(self) -> PhysicalBeam | None:
         """The beam in SI; None where its mass is not known."""
         if self.units is None:
@@ -375,18 +386,34 @@ class Beam:
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """A beam from a TOML file of `from_si` keywords, with [[masses]] as tables, and
-        stations_file = "blade.csv", relative to it, in place of stations and properties.
+        stations_file = "blade.csv", relative to it, in place of stations and properties: a file of
+        any format that `from_file` reads.
         InvalidInput names the file, the key and its unit."""
         table = parse_toml(read_small(path), str(path))
         with errors_of_file(str(path), VALUE_UNITS):
             return cls.from_si(**check_si_table(table, str(path), Path(path).parent))
 
     @classmethod
-    def from_csv(cls, path: str | Path, **values: Any) -> Self:
-        """A blade from a CSV file of stations with the columns station, mass_per_length,
-        bending_stiffness, axial_stiffness and optionally flap_stiffness. values: other keywords of
-        `from_si`, as hub_radius and rotation_rpm."""
-        return cls.from_si(**read_stations(path), **values)
+    def from_file(cls, path: str | Path, **values: Any) -> Self:
+        """A beam from a file: TOML (`from_toml`), or a blade as CSV, ElastoDyn blade or main input
+        file (.dat), BModes section properties or .bmi, HAWC2 structure (st; "blade_st.dat#1.2" is
+        its set 1, subset 2) or FLEX (.bld).
+
+        A CSV file has the columns station, mass_per_length, bending_stiffness, and optionally
+        axial_stiffness, flap_stiffness and twist, in any order, with units in the names or in a row
+        below; separated by commas, semicolons, tabs or blanks; with decimal points or commas.
+
+        values: other keywords of `from_si`, as length, hub_radius and rotation_rpm, which replace
+        those of the file. Warns with LeftOut of what the model leaves out. InvalidInput names the
+        file, line, station and column.
+        """
+        if Path(path).suffix.lower() in TOML_SUFFIXES:
+            if values:
+                name, value = next(iter(values.items()))
+                raise InvalidInput(f"{name} = {value!r} and {path}: give it in the file")
+            return cls.from_toml(path)
+        with errors_of_file(str(path), VALUE_UNITS):
+            return cls.from_si(**(read_blade_file(path, values) | values))
 
 
 def exceeds_joint_limit(gamma: Any, mu: Any) -> bool:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 PROPERTIES = ("mass", "bending", "axial", "flap")
-PROPERTY_LIMITS = (1e-6, 1e6)  # of a property over that of the root section
+PROPERTY_LIMITS = (1e-9, 1e9)  # of a property over that of the root section: real tips have 1e-7
 TWIST_LIMITS = (-720.0, 720.0)  # [deg]
 # The properties that are bending stiffnesses, by the name of what `Blade.at` gives of them.
 STIFFNESSES = {"bending": ("bending",), "flap": ("flap",), "both": ("bending", "flap")}

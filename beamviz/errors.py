@@ -44,6 +44,10 @@ class ImplausibleInput(UserWarning):
     """A warning: a value in SI is possible, but likely in another unit; the message names which."""
 
 
+class LeftOut(UserWarning):
+    """A warning: a file has what the model leaves out; the message says what."""
+
+
 class NoEquilibrium(BeamvizError):
     """No equilibrium; `limit`: the largest gamma with one, nan if unknown or not the reason."""
 

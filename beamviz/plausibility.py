@@ -25,11 +25,15 @@ def tip_speed(beam: PhysicalBeam) -> Iterable[float]:
 
 
 def wave_speed(beam: PhysicalBeam) -> Iterable[float]:
+    if beam.is_inextensible:
+        return []
     return map(math.sqrt, quotients(beam.axial_stiffness, beam.mass_per_length))
 
 
 def thickness_ratios(beam: PhysicalBeam) -> Iterable[float]:
     """Thickness of a rectangle of the same stiffnesses, over the length."""
+    if beam.is_inextensible:
+        return []
     thick = map(math.sqrt, quotients(beam.bending_stiffness, beam.axial_stiffness))
     return (math.sqrt(12) * radius / beam.length for radius in thick)
 

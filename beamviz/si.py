@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from beamviz.blade import PROPERTY_LIMITS, TWIST_LIMITS, Blade, Mass, check_inertia
+from beamviz.blade_files import read_blade_file
 from beamviz.checks import check_float, check_floats, check_int, check_positive, together
+from beamviz.conversions import in_si
 from beamviz.errors import InvalidInput, unknown_keyword
-from beamviz.input_files import read_columns
 from beamviz.units import Units
 
 MATERIAL = {
@@ -60,14 +61,13 @@ SIZE_KEYS = (
     "stations",
     "degree",
 )  # of the beam alone
-FILE_KEYS = {**SI_KEYS, "stations_file": "a CSV file"}
+FILE_KEYS = {**SI_KEYS, "stations_file": "a file of a blade"}
 MASS_KEYS = {"mass": "kg", "position": "m", "inertia": "kg m^2"}
 VALUE_UNITS = {  # of the keys whose values have one
     name: unit
     for name, unit in {**SI_KEYS, **MASS_KEYS}.items()
     if name not in ("degree", "masses")
 }
-COLUMNS = {"station": "m", **SECTION, **FLAP, "twist": "deg"}
 SI_SYNONYMS = {  # other names of these values
     **dict.fromkeys(("rpm", "n"), "rotation_rpm"),
     **dict.fromkeys(("speed", "omega", "Omega", "angular_velocity"), "rotation_speed"),
@@ -93,6 +93,8 @@ SI_SYNONYMS = {  # other names of these values
     "spin_up": "angular_acceleration",
 }
 SI_REQUIRED = ("length", *MATERIAL)  # of a uniform beam by its material
+OPTIONAL = ("axial_stiffness",)  # of SECTION: without it the beam is inextensible
+INEXTENSIBLE = 1e6  # mu: the stretch is below (gamma / mu)^2, at most 1e-8 in any usual rotation
 MAX_MASSES = 20
 TURN_LIMITS = (-180.0, 180.0)  # [deg] of pitch and twist
 ROUNDING = 1e-9  # relative, of the height of a section
@@ -148,6 +150,12 @@ class PhysicalBeam:
         """Whether no property varies along the span."""
         rows = (getattr(self, name) for name in (*SECTION, *FLAP, "twists"))
         return all(row is None or len(set(row)) == 1 for row in rows)
+
+    @property
+    def is_inextensible(self) -> bool:
+        """Whether its axial stiffness stands for that of a beam that does not stretch."""
+        ratio = self.length * math.sqrt(self.axial_stiffness[0] / self.bending_stiffness[0])
+        return ratio >= INEXTENSIBLE * (1 - ROUNDING)
 
     @property
     def is_uniform(self) -> bool:
@@ -215,8 +223,13 @@ class PhysicalBeam:
             return None
 
         def relative(name: str, row: Row, base: float) -> Row:
-            name = f"{name} over that at the root"
-            return check_floats(name, [value / base for value in row], *PROPERTY_LIMITS)
+            ratios = [value / base for value in row]
+            low, high = PROPERTY_LIMITS
+            wrong = next((k for k, ratio in enumerate(ratios) if not low <= ratio <= high), None)
+            if wrong is not None:
+                place = f"station {wrong + 1} at {self.stations[wrong]:g} m"
+                check_float(f"{name} of {place} over that at the root", ratios[wrong], low, high)
+            return tuple(ratios)
 
         m, EI, EA = self.mass_per_length, self.bending_stiffness, self.axial_stiffness
         flap = self.flap_stiffness
@@ -225,7 +238,7 @@ class PhysicalBeam:
             mass=relative("mass_per_length", m, m[0]),
             bending=relative("bending_stiffness", EI, EI[0]),
             axial=relative("axial_stiffness", EA, EA[0]),
-            flap=relative("flap_stiffness over bending_stiffness", flap, EI[0]) if flap else None,
+            flap=relative("flap_stiffness", flap, EI[0]) if flap else None,
             degree=self.degree,
             twist=self.twists,
         )
@@ -300,7 +313,7 @@ class PhysicalBeam:
         for name in values:
             if name not in SI_KEYS:
                 raise unknown_keyword("value", name, SI_KEYS, SI_SYNONYMS, SI_KEYS)
-        given = {name: plain(value) for name, value in values.items()}
+        given = {name: in_si(name, plain(value), SI_KEYS[name]) for name, value in values.items()}
         if missing := missing_key(given):
             raise InvalidInput(f"missing value {missing}")
         L, stations = span(given)
@@ -363,8 +376,8 @@ def missing_key(values: Mapping[str, Any]) -> str:
     if not (by_section or by_material):
         section = ", ".join(f"{name!r} [{unit}]" for name, unit in SECTION.items())
         return f"'density' [kg/m^3], and others of the material; or {section}"
-    needed = MATERIAL if by_material else SECTION
-    return next((f"{name!r} [{unit}]" for name, unit in needed.items() if name not in given), "")
+    needed = MATERIAL if by_material else [name for name in SECTION if name not in OPTIONAL]
+    return next((f"{name!r} [{VALUE_UNITS[name]}]" for name in needed if name not in given), "")
 
 
 def span(values: Mapping[str, Any]) -> tuple[float, Row]:
@@ -411,7 +424,11 @@ def section(values: Mapping[str, Any], stations: Row) -> dict[str, Any]:
             " not known"
         )
     else:
-        fields |= {name: along(name, values[name], values, stations) for name in SECTION}
+        given = [name for name in SECTION if values.get(name) is not None]
+        fields |= {name: along(name, values[name], values, stations) for name in given}
+        if "axial_stiffness" not in fields:
+            stiffness = fields["bending_stiffness"][0] * (INEXTENSIBLE / stations[-1]) ** 2
+            fields["axial_stiffness"] = (stiffness,) * len(stations)
     if (flap := values.get("flap_stiffness")) is not None:
         fields["flap_stiffness"] = along("flap_stiffness", flap, values, stations)
     if (degree := values.get("degree")) is not None:
@@ -447,12 +464,14 @@ def along(name: str, value: Any, values: Mapping[str, Any], stations: Row) -> Ro
     """A property at the stations, of a number or of one number for each."""
     if isinstance(value, str) or not isinstance(value, Iterable):
         return (check_positive(name, value),) * len(stations)
-    row = tuple(check_positive(name, number) for number in value)
+    numbers = list(value)
     if values.get("stations") is None:
-        raise InvalidInput(f"{name}: {len(row)} values need stations [m], one for each")
-    if len(row) != len(stations):
-        raise InvalidInput(f"{name}: {len(row)} values, {len(stations)} stations")
-    return row
+        raise InvalidInput(f"{name}: {len(numbers)} values need stations [m], one for each")
+    if len(numbers) != len(stations):
+        raise InvalidInput(f"{name}: {len(numbers)} values, {len(stations)} stations")
+    places = (f"{name} of station {k} at {x:g} m" for k, x in enumerate(stations, 1))
+    checks = (partial(check_positive, *pair) for pair in zip(places, numbers, strict=True))
+    return tuple(together(checks))
 
 
 def turn(values: Mapping[str, Any], stations: Row) -> dict[str, Any]:
@@ -589,18 +608,12 @@ def check_si_table(
     if (file := values.pop("stations_file", None)) is not None and folder:
         if not isinstance(file, str):
             raise InvalidInput(
-                f"{source}: stations_file = {file!r}: must be the name of a CSV file"
+                f"{source}: stations_file = {file!r}: must be the name of a file of a blade"
             )
-        read = read_stations(folder / file)
+        read = read_blade_file(folder / file, values)
         if both := sorted(read.keys() & values.keys()):
             raise InvalidInput(f"{source}: {both[0]} is also in {file}: give it once")
         values |= read
     if missing := missing_key(values):
         raise InvalidInput(f"{source}: missing key {missing}")
     return values
-
-
-def read_stations(path: str | Path) -> dict[str, Any]:
-    """The keywords in a CSV file of stations, a row for each."""
-    columns = read_columns(path, COLUMNS, ("station", *SECTION))
-    return {"stations": columns.pop("station", ()), **columns}

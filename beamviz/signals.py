@@ -32,7 +32,8 @@ class Terminated(BaseException):
             self.told = True
             parts = [NAMES[signal.Signals(self.number)], *getattr(self, "__notes__", ())]
             with contextlib.suppress(OSError):  # nobody reads it
-                print(f"beamviz: {'; '.join(parts)}", file=sys.stderr, flush=True)
+                # In one piece: another thread may end the process meanwhile.
+                print(f"beamviz: {'; '.join(parts)}\n", end="", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager

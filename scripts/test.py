@@ -31,7 +31,7 @@ CHECKS = {  # in this order; the types are checked in the background until the t
     "types of the page": ["scripts.check_page"],
     "format": ["ruff", "format", "--check", "."],
     "lint": ["ruff", "check", "."],
-    "tests": ["pytest", "-n", str(WORKERS), "--dist", "worksteal"],
+    "tests": ["pytest", "-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reorder"],
 }
 IN_BACKGROUND = ("types", "types of the page")
 NOT_CHECKED = 77  # exit code of a check that could not be made

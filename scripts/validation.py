@@ -94,7 +94,7 @@ class Source(NamedTuple):
     title: str
     origin: str
     claims: list[Claim]
-    tests: tuple[str, ...] = (f"{TEST}error_bars.py::test_random_beams",)
+    tests: tuple[str, ...] = (f"{TEST}fixed_beams.py::test_every_error_is_within_the_reported_one",)
 
 
 def frequencies(beam: Beam, count: int, labels: str = "", **options: Any) -> list[float]:
@@ -381,7 +381,7 @@ SOURCES = (
         (
             "tests/frequency_loci/test_crossings.py::test_with_coriolis_they_veer",
             f"{TEST}solve.py::test_coriolis_vanishes_with_the_speed",
-            f"{TEST}error_bars.py::test_random_beams",
+            f"{TEST}fixed_beams.py::test_every_error_is_within_the_reported_one",
         ),
     ),
     Source(
@@ -429,8 +429,7 @@ SOURCES = (
             ),
         ],
         (
-            f"{TEST}blade.py::test_random_blades",
-            f"{TEST}blade.py::test_random_deflected_blades",
+            f"{TEST}fixed_beams.py::test_every_error_is_within_the_reported_one",
             f"{TEST}blade.py::test_independent_values",
         ),
     ),
@@ -450,7 +449,7 @@ SOURCES = (
                 certification_blade,
             )
         ],
-        (f"{TEST}blade.py::test_random_blades",),
+        (f"{TEST}fixed_beams.py::test_every_error_is_within_the_reported_one",),
     ),
     Source(
         "A spinning cable",

@@ -1,8 +1,11 @@
 """Settings of every test, made before numpy is imported, and shared fixtures."""
 
 import os
+import re
 import signal
+from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +26,54 @@ def pytest_configure(config: pytest.Config) -> None:
     parallel = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if parallel and not config.option.collectonly and find_browser():
         start_browser()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Quick tests first, in the order of what they need: a solver, a server or process, a
+    browser."""
+    counts = Counter(item.path for item in items)
+
+    def order(item: pytest.Item) -> tuple[bool, int, int]:
+        """Of browsers the longest files first, as the last one to start is waited for."""
+        is_slow = item.get_closest_marker("slow") is not None
+        return is_slow, needs(item), -counts[item.path] if needs(item) else 0
+
+    items.sort(key=order)
+
+
+def needs(item: pytest.Item) -> int:
+    """0: nothing that runs beside the test; 1: a server or a process, 2: a browser."""
+    if not isinstance(item, pytest.Function):
+        return 0
+    modules = {getattr(each, "__module__", None) or "" for each in vars(item.module).values()}
+    if "live.browser" in modules:
+        return 2
+    return int(any(name.partition(".")[0] == "live" for name in modules))
+
+
+SHARED = re.compile(r'scope="module"|\b(?:url|shown|connected|plain)\b')  # fixtures of a file
+
+
+@cache
+def shares(file: str) -> bool:
+    """Whether the tests of a file use what is made once for all of them."""
+    return bool(SHARED.search(Path(file).read_text(encoding="utf-8")))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With `--dist loadscope` of pytest-xdist: tests of a file that share something stay in one of
+    its processes, others are given out one by one."""
+    if config.getvalue("dist") != "loadscope":
+        return None
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return file if shares(str(config.rootpath / file)) else nodeid
+
+    return Scheduling(config, log)
 
 
 STEEL = """\
@@ -88,7 +139,26 @@ def url(request: pytest.FixtureRequest, frame_loops) -> Iterator[str]:
 
 
 @pytest.fixture
-def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
+def guest(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """A new visitor, without a connection (live.offline.Local), of an explorer that begins with
+    PAPER, or with the scene that the file calls FIRST."""
+    from live.offline import local
+    from live.visitor import PAPER
+
+    from beamviz.scene import Scene
+
+    with local(getattr(request.module, "FIRST", Scene(PAPER))) as visiting:
+        yield visiting
+
+
+@pytest.fixture
+def session(guest) -> Any:
+    """The session of `guest`."""
+    return guest.session
+
+
+@pytest.fixture
+def connected(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
     """A new visitor (live.visitor) of the explorer of the file."""
     from live.visitor import visitor
 
@@ -99,8 +169,8 @@ def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
 
 
 @pytest.fixture
-def session(guest, url, frame_loops) -> Any:
-    """The session of `guest` in the explorer of the file."""
+def served(connected, url, frame_loops) -> Any:
+    """The session of `connected` in the explorer of the file."""
     from live.server import frame_loop_at
 
     sessions = frame_loop_at(url, frame_loops).sessions

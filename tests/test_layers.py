@@ -19,9 +19,10 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("errors", "signals", "files", "version", "installation"),
     ("workers",),
     ("checks",),
-    ("blade", "units", "input_files"),
+    ("blade", "units", "input_files", "conversions"),
+    ("blade_files",),
     ("si",),
-    ("plausibility",),
+    ("plausibility", "mass_properties"),
     ("beam",),
     ("presets",),
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics

@@ -125,21 +125,10 @@ def test_what_cannot_be_shown_is_named(opened):
 
 
 @pytest.mark.slow
-def test_a_page_ends_with_its_kernel(tmp_path):
-    """As with a process that is killed, its port is free again."""
-    with kernel(tmp_path) as started:
-        shown = markup(started.run("import beamviz\nbeamviz.show(height=300);"))
-        url = frame_address(shown)
-        assert 'height="300"' in shown
-        assert server.http_get(url, path_of(url))[0] == 200
-    with pytest.raises(ConnectionRefusedError):
-        server.http_get(url, path_of(url))
-
-
-@pytest.mark.slow
-def test_a_page_whose_kernel_has_ended_says_what_to_do(tmp_path):
-    """In the frame that is open; and above the frame where the notebook is opened again, which says
-    nothing of it while the kernel runs."""
+def test_a_page_ends_with_its_kernel_and_says_what_to_do(tmp_path):
+    """As with a process that is killed, its port is free again. It is said in the frame that is
+    open; and above the frame where the notebook is opened again, which says nothing of it while the
+    kernel runs."""
     told = "!!document.querySelector('object p').getClientRects().length"
     with contextlib.ExitStack() as stack:
         with kernel(tmp_path) as started:
@@ -148,8 +137,13 @@ def test_a_page_whose_kernel_has_ended_says_what_to_do(tmp_path):
             opened = stack.enter_context(page(site, 600, 400))
             inside = stack.enter_context(frame(frame_address(shown)))
             inside.wait(READY)
+            url = frame_address(shown)
+            assert 'height="300"' in shown
+            assert server.http_get(url, path_of(url))[0] == 200
             assert not inside.evaluate(says("run the cell again"))
             assert not opened.evaluate(told)
+        with pytest.raises(ConnectionRefusedError):
+            server.http_get(url, path_of(url))
         inside.wait(says("run the cell again"))
         opened.reload()
         opened.wait(told)

@@ -12,7 +12,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
-from helpers import SCRIPTS, load_script
+from helpers import SCRIPTS, load_script, slow
 from packaging.requirements import Requirement
 
 import beamviz
@@ -239,7 +239,7 @@ def test_names_may_be_left_out_and_a_wrong_one_is_an_error_of_one_line(capsys):
     assert "c: must be one of a, b" in error
 
 
-@pytest.mark.parametrize("name", ["benchmark", "limits", "validation"])
+@pytest.mark.parametrize("name", ["benchmark", *slow("limits", "validation")])
 def test_a_script_ends_with_one_line_for_a_wrong_argument(name):
     command = [PYTHON, SCRIPTS / f"{name}.py", "--wrong"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -14,6 +14,7 @@ from beamviz.errors import (
     BeamvizError,
     ImplausibleInput,
     InvalidInput,
+    LeftOut,
     NoEquilibrium,
     NotConverged,
     nearest,
@@ -89,9 +90,10 @@ def message_of(error: Any) -> str:
 
 @contextlib.contextmanager
 def warnings_as_lines() -> Iterator[None]:
-    """Within, a warning of an implausible value is one line on stderr."""
+    """Within, a warning of an implausible value, or of what is left out, is one line on stderr."""
     with warnings.catch_warnings():
-        warnings.simplefilter("always", ImplausibleInput)
+        for shown in (ImplausibleInput, LeftOut):
+            warnings.simplefilter("always", shown)
         show = warnings.showwarning
 
         def show_line(
@@ -102,7 +104,7 @@ def warnings_as_lines() -> Iterator[None]:
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
-            if issubclass(category, ImplausibleInput):
+            if issubclass(category, (ImplausibleInput, LeftOut)):
                 print(f"beamviz: warning: {message}", file=sys.stderr)
             else:
                 show(message, category, filename, lineno, file, line)

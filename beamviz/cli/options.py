@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import NUMBERS, Beam, rounded_into
+from beamviz.beam import NUMBERS, TOML_SUFFIXES, Beam, rounded_into
 from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput, did_you_mean
 from beamviz.presets import PRESETS
@@ -124,13 +124,13 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
         hint = did_you_mean(str(si), PRESETS)
         raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}{hint}")
     file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
-    is_csv = file.suffix.lower() == ".csv"
+    is_blade = file.suffix.lower() not in TOML_SUFFIXES
     for name, value in given.items():
-        if name == "mu" or not is_csv:
+        if name == "mu" or not is_blade:
             option = f"--{name} {value}".replace("_", "-")
-            gives = "mu" if is_csv else "all numbers"
+            gives = "mu" if is_blade else "all numbers"
             raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
-    beam = Beam.from_csv(file) if is_csv else Beam.from_toml(file)
+    beam = Beam.from_file(file)
     return beam.replace(**given), options
 
 

@@ -1,47 +1,38 @@
 """Quantities on the command line: a dimensionless number, or of a beam whose size is known one with
 its unit, as 2s, 300rpm or 50N."""
 
-import math
-import re
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import typer
 
 from beamviz.beam import Beam
 from beamviz.cli.options import option
+from beamviz.conversions import CONVERSIONS, GivenQuantity, parse_quantity
 from beamviz.errors import InvalidInput
 from beamviz.units import Units
 
 UNITS = {  # of each kind of quantity, their sizes in SI
-    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
-    "speed": {"rpm": math.pi / 30, "rad/s": 1.0, "deg/s": math.pi / 180, "Hz": 2 * math.pi},
-    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+    "time": CONVERSIONS["s"],
+    "speed": CONVERSIONS["rad/s"],
+    "force": CONVERSIONS["N"],
 }
 
 
-class GivenQuantity(NamedTuple):
-    """What was typed."""
-
-    value: float
-    unit: str  # "" of a dimensionless number
-
-
-def parse_quantity(text: str) -> GivenQuantity:
+def parse_option(text: str) -> GivenQuantity:
     """A number, perhaps with a unit; typer.BadParameter for anything else."""
-    match = re.fullmatch(r"\s*(.+?)\s*([a-zA-Z][a-zA-Z/]*)?\s*", str(text))
-    number, unit = match.groups() if match else ("", None)
-    if (whole := f"{number}{unit or ''}").lower().lstrip("+-") in ("inf", "infinity", "nan"):
-        number, unit = whole, None  # which the check of the range names
+    given = parse_quantity(str(text))
+    if given:
+        return given
     try:
-        return GivenQuantity(float(number), unit or "")
+        return GivenQuantity(float(text), "")  # one that is not finite, which the range refuses
     except ValueError:
         raise typer.BadParameter(f"{text!r} is not a number, nor one with a unit") from None
 
 
 def quantity(kind: str, help: str) -> Any:
     """An option of this kind."""
-    return option(help, parser=parse_quantity, metavar=f"NUMBER[{'|'.join(UNITS[kind])}]")
+    return option(help, parser=parse_option, metavar=f"NUMBER[{'|'.join(UNITS[kind])}]")
 
 
 time, speed, force = (partial(quantity, kind) for kind in UNITS)

@@ -128,13 +128,15 @@ class Samples:
         return np.concatenate(([0.0], np.diff(self.gamma) / np.diff(self.t), [0.0]))
 
     def angle(self, t: NDArray) -> NDArray:
+        return self.integral(t) - self.integral(np.zeros(1))
+
+    def integral(self, t: NDArray) -> NDArray:
+        """The integral of gamma from the first sample, or from 0 where that is earlier."""
         ends = np.concatenate(([min(0.0, self.t[0])], self.t))
         gamma, _ = self(ends)
         passed = np.concatenate(([0.0], np.cumsum(np.diff(ends) * (gamma[1:] + gamma[:-1]) / 2)))
         k = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, len(ends) - 1)
-        within = (t - ends[k]) * (gamma[k] + self(t)[0]) / 2
-        start = np.interp(0.0, ends, passed)
-        return passed[k] + within - start
+        return passed[k] + (t - ends[k]) * (gamma[k] + self(t)[0]) / 2
 
 
 @dataclass(frozen=True)

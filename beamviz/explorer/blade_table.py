@@ -12,10 +12,12 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, exceeds_joint_limit
 from beamviz.blade import MAX_STATIONS
+from beamviz.blade_files import FORMATS, Text, delimited
+from beamviz.conversions import checked_unit_size
 from beamviz.drawing.text import out_of_range
 from beamviz.errors import InvalidInput
 from beamviz.plausibility import doubts
-from beamviz.si import MAX_MASSES, SI_SYNONYMS, PhysicalBeam
+from beamviz.si import MAX_MASSES, PhysicalBeam
 
 DIGITS = 6  # significant, of the numbers shown
 
@@ -31,6 +33,7 @@ class Column(NamedTuple):
     unit: str
     positive: bool = True  # its values must be above 0
     optional: bool = False
+    signed: bool = False  # its values may be below 0
 
     @property
     def head(self) -> str:
@@ -41,9 +44,15 @@ STATIONS = (
     Column("stations", "position", "m", positive=False),
     Column("mass_per_length", "mass", "kg/m"),
     Column("bending_stiffness", "EI", "N m²"),
-    Column("axial_stiffness", "EA", "N"),
+    Column("axial_stiffness", "EA", "N", optional=True),  # without it inextensible
     Column("flap_stiffness", "flap EI", "N m²", optional=True),
+    Column("twist", "twist", "°", positive=False, optional=True, signed=True),
 )
+WITHOUT = {  # what a blade is without the values of an optional column
+    "axial_stiffness": "where it does not stretch",
+    "flap_stiffness": "where it is EI",
+    "twist": "where it has none",
+}
 MASSES = (
     Column("mass", "mass", "kg", positive=False),
     Column("position", "position", "m", positive=False),
@@ -75,9 +84,10 @@ def text_of(value: float) -> str:
 
 def draft_of(beam: PhysicalBeam) -> Draft:
     """The tables of a beam."""
-    flap = beam.flap_stiffness or (None,) * len(beam.stations)
-    columns = beam.stations, beam.mass_per_length, beam.bending_stiffness, beam.axial_stiffness
-    stations = zip(*columns, flap, strict=True)
+    nothing = (None,) * len(beam.stations)
+    axial = nothing if beam.is_inextensible else beam.axial_stiffness
+    columns = beam.stations, beam.mass_per_length, beam.bending_stiffness, axial
+    stations = zip(*columns, beam.flap_stiffness or nothing, beam.twists or nothing, strict=True)
     masses = ((body.mass, body.position, *body.inertia) for body in beam.masses)
     root = "" if beam.root_stiffness == math.inf else text_of(beam.root_stiffness)
     return Draft(rows_of(stations), rows_of(masses), root)
@@ -90,6 +100,7 @@ def rows_of(values: Iterable[Iterable[float | None]]) -> Rows:
 # As one text, for links: a line for each row, the first cell of which names its table
 
 HEADING = "blade"
+WITHOUT_TWIST = 5  # cells of a station in the links of former versions
 
 
 def text_of_draft(draft: Draft) -> str:
@@ -110,11 +121,12 @@ def draft_of_text(text: str) -> Draft | None:
         tables[name].append(tuple(cells))
     stations, masses, root = tables["s"], tables["m"], tables["root"]
     counts = {len(row) for row in stations}, {len(row) for row in masses}, {len(x) for x in root}
-    if heading != HEADING or counts[0] != {len(STATIONS)} or len(root) != 1:
+    if heading != HEADING or not counts[0] <= {WITHOUT_TWIST, len(STATIONS)} or len(root) != 1:
         return None
     if not counts[1] <= {len(MASSES)} or counts[2] != {1} or len(stations) < 2:
         return None
-    return Draft(tuple(stations), tuple(masses), root[0][0])
+    padded = tuple((*row, "")[: len(STATIONS)] for row in stations)
+    return Draft(padded, tuple(masses), root[0][0])
 
 
 # From text
@@ -144,31 +156,69 @@ def cell_value(column: Column, text: str) -> float | None:
     if column.optional and not text.strip():
         return None
     value = number_of(text)
+    if column.signed:
+        return value
     if value < 0 or (column.positive and value == 0):
         raise InvalidInput("must be above 0" if column.positive else "must be 0 or more")
     return value
 
 
+class Pasted(NamedTuple):
+    """The stations in a text from elsewhere."""
+
+    rows: Rows
+    left_out: tuple[str, ...] = ()  # what the model leaves out
+
+
+def parse_stations(text: str, length: float) -> Pasted:
+    """The stations in a table, or in the text of a file of the field, whose fractions are those of
+    a length. Raises InvalidInput."""
+    file = Text("the file", text)
+    form = next((form for form in FORMATS if form.is_this(file)), None)
+    if form is None or form.name == "CSV":
+        return Pasted(parse_table(text, STATIONS))
+    data = form.read(file)
+    if data.blade_file is not None:
+        raise InvalidInput(f"this file of {form.name} has no stations: open {data.blade_file}")
+    values = dict(data.values)
+    if data.has_fractions:
+        values["stations"] = [length * fraction for fraction in values["stations"]]
+    nothing = (None,) * len(values["stations"])
+    columns = (values.get(column.key, nothing) for column in STATIONS)
+    return Pasted(rows_of(zip(*columns, strict=True)), data.left_out)
+
+
 def parse_table(text: str, columns: Sequence[Column]) -> Rows:
     """The cells of a table as text: separated by tabs, semicolons, commas or blanks, with or
-    without a line of names. Raises InvalidInput if it is none, or has an unknown column."""
-    lines = [line for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
-    if not lines:
+    without a line of names, which may have units. Raises InvalidInput if it is none, or has an
+    unknown column."""
+    rows = [list(row.cells) for row in delimited.rows_of(Text("the table", text))]
+    if not rows:
         raise InvalidInput("the table is empty")
-    mark = next((mark for mark in "\t;," if mark in lines[0]), None)
-    rows = [[" ".join(cell.strip(' "').split()) for cell in line.split(mark)] for line in lines]
-    order = list(range(len(rows[0])))
+    placed = [PlacedColumn(k) for k in range(len(columns))]
     if all(re.search("[A-Za-z]", cell) and not is_number(cell) for cell in rows[0]):
-        order = [column_of(cell, columns) for cell in rows.pop(0)]
+        placed = [column_of(cell, columns) for cell in delimited.names_with_units(rows)]
     for number, row in enumerate(rows, 1):
-        if len(row) > len(columns) or len(row) > len(order):
-            most = min(len(columns), len(order))
+        if len(row) > len(placed):
             heads = ", ".join(column.head for column in columns)
-            raise InvalidInput(f"row {number} has {len(row)} cells, more than {most}: {heads}")
+            raise InvalidInput(
+                f"row {number} has {len(row)} cells, more than {len(placed)}: {heads}"
+            )
     if not rows:
         raise InvalidInput("the table has a line of names only")
-    placed = [dict(zip(order, row, strict=False)) for row in rows]
-    return tuple(tuple(row.get(k, "") for k in range(len(columns))) for row in placed)
+    by_column = [
+        {
+            column.place: in_unit(cell, column.size)
+            for column, cell in zip(placed, row, strict=False)
+        }
+        for row in rows
+    ]
+    return tuple(tuple(row.get(k, "") for k in range(len(columns))) for row in by_column)
+
+
+def in_unit(cell: str, size: float) -> str:
+    """The number of a cell in the unit of its column; another text as it is."""
+    return text_of(size * number_of(cell)) if size != 1 and is_number(cell) else cell
 
 
 def is_number(text: str) -> bool:
@@ -179,28 +229,24 @@ def is_number(text: str) -> bool:
     return True
 
 
-NAMES = {  # of columns of stations, in small letters; also those of blade files of FAST
-    **{name.lower(): key for name, key in SI_SYNONYMS.items()},
-    **{column.label.lower(): column.key for column in STATIONS},
-    **dict.fromkeys(("r", "z", "radius"), "stations"),
-    **dict.fromkeys(("m", "kg/m", "mass per length", "bmassden"), "mass_per_length"),
-    **dict.fromkeys(("edgewise ei", "ei edge", "edgstff"), "bending_stiffness"),
-    **dict.fromkeys(("flapwise ei", "ei flap", "flpstff"), "flap_stiffness"),
-    "eastff": "axial_stiffness",
-}
+class PlacedColumn(NamedTuple):
+    """Where the cells of a column belong, and the size of their unit."""
+
+    place: int
+    size: float = 1.0
 
 
-def column_of(head: str, columns: Sequence[Column]) -> int:
-    """The number of the column with a name, which may have its unit in brackets. Raises
-    InvalidInput if it is unknown or in another unit."""
-    name, bracket, unit = (part.strip() for part in re.split(r"([\[(])", f"{head}[", maxsplit=1))
-    key = NAMES.get(name.lower(), name.lower())
+def column_of(head: str, columns: Sequence[Column]) -> PlacedColumn:
+    """The column of a name, which may have its unit in brackets. Raises InvalidInput if it is
+    unknown or in a unit of another quantity."""
+    name, _, unit = (part.strip() for part in re.split(r"([\[(])", f"{head}[", maxsplit=1))
+    key = delimited.NAMES.get(name.lower(), name.lower())
+    key = {"station": "stations"}.get(key, key)
     for k, column in enumerate(columns):
-        if key == column.key:
-            unit = re.sub("[ ^*·]", "", re.split(r"[\])\[]", unit)[0]).replace("2", "²")
-            if bracket and unit and unit != column.unit.replace(" ", ""):
-                raise InvalidInput(f"{head}: must be in {column.unit}")
-            return k
+        if key in (column.key, column.label.lower()):
+            unit = re.sub(r"[\])\[]", "", unit).strip()
+            si_unit = column.unit.replace("²", "^2").replace("°", "deg")
+            return PlacedColumn(k, checked_unit_size(head, unit, si_unit) if unit else 1.0)
     known = ", ".join(column.head for column in columns)
     raise InvalidInput(f"column {head!r}: must be one of {known}; or leave out the line of names")
 
@@ -247,13 +293,13 @@ def wrong_entries(draft: Draft) -> list[Wrong]:
     """What is wrong in the tables, cell by cell, and with positions."""
     wrong = wrong_cells("stations", STATIONS, draft.stations)
     wrong += wrong_cells("masses", MASSES, draft.masses)
-    flap = [bool(row[-1].strip()) for row in draft.stations]
-    if any(flap) and not all(flap):
-        missing = flap.index(False)
-        reason = "give it at every station, or at none where it is EI"
-        head = STATIONS[-1].head
-        text = f"station {missing + 1}, {head} = nothing: {reason}"
-        wrong.append(Wrong("stations", missing, len(STATIONS) - 1, text))
+    for k, column in enumerate(STATIONS):
+        given = [bool(row[k].strip()) for row in draft.stations]
+        if column.optional and any(given) and not all(given):
+            missing = given.index(False)
+            reason = f"give it at every station, or at none {WITHOUT[column.key]}"
+            text = f"station {missing + 1}, {column.head} = nothing: {reason}"
+            wrong.append(Wrong("stations", missing, k, text))
     wrong += wrong_order(draft.stations)
     if not wrong and (first := number_of(draft.stations[0][0])) > 0:
         reason = "must be 0, at the root; the distance from the axis to the root is the hub radius"
@@ -275,8 +321,9 @@ def beam_of(draft: Draft, before: PhysicalBeam) -> Beam:
         column.key: column_values(column, k, draft.stations, shown.stations, before)
         for k, column in enumerate(STATIONS)
     }
-    if columns["flap_stiffness"][0] is None:
-        del columns["flap_stiffness"]
+    for column in STATIONS:
+        if columns[column.key][0] is None:
+            del columns[column.key]
     same_count = len(draft.stations) == len(shown.stations)
     length = columns["stations"][-1]
     physical = PhysicalBeam.of(
@@ -290,8 +337,11 @@ def beam_of(draft: Draft, before: PhysicalBeam) -> Beam:
             "masses": [mass_values(row) for row in draft.masses],
             "root_stiffness": number_of(draft.root) if draft.root else None,
             "angular_acceleration": before.angular_acceleration,
+            "pitch": before.pitch,
         }
     )
+    if before.twist:
+        physical = replace(physical, twist=before.twist)
     if draft.root and draft.root == shown.root:
         physical = replace(physical, root_stiffness=before.root_stiffness)
     if draft.masses == shown.masses:
@@ -331,7 +381,7 @@ def column_values(
 ) -> list[float | None]:
     """The values in a column: a text that stands for a value of the beam shown is that value, with
     all its digits."""
-    values = getattr(before, column.key)
+    values = getattr(before, "twists" if column.key == "twist" else column.key)
     known = dict(zip((row[k] for row in shown), values, strict=True)) if values else {}
     return [known[row[k]] if row[k] in known else cell_value(column, row[k]) for row in rows]
 

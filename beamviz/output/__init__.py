@@ -19,7 +19,10 @@ def units_record(units: Units) -> dict[str, float]:
     return {name: size for name, size in sizes.items() if size is not None}
 
 
-def described_units(units: Units) -> str:
-    """The line of the units of a beam in SI."""
-    mass = "" if units.mass is None else f", mass rho A L = {units.mass:.7g} kg"
-    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s{mass}"
+def described_units(beam: Beam, units: Units) -> str:
+    """The line of the units of a beam in SI, and of its mass."""
+    text = f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s"
+    properties = beam.mass_properties
+    if properties is None:
+        return text
+    return f"{text}, mass {properties.mass:.7g} kg with its centre at {properties.centre:.7g} m"

@@ -107,7 +107,7 @@ def heading(loci: Loci) -> list[str]:
         f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
         f" {len(loci.values)} values{described_range(loci)}",
         "Model        " + loci.problem.described,
-        *([described_units(loci.units)] if loci.units else []),
+        *([described_units(loci.beam, loci.units)] if loci.units else []),
     ]
 
 

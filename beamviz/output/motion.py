@@ -66,7 +66,7 @@ def motion_table(motion: Motion) -> str:
     beam, stats = motion.beam, motion.stats
     heading = ["Beam         " + described_numbers(beam)]
     if beam.units:
-        heading.append(described_units(beam.units))
+        heading.append(described_units(beam, beam.units))
     model = motion.model
     heading += [
         f"Model        {model['strain']} strain, {model['curvature']} curvature, chordwise with"

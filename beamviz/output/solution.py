@@ -28,6 +28,8 @@ def solution_json(solution: Solution) -> str:
     }
     if units := solution.beam.units:
         data["units"] = units_record(units)
+        if properties := solution.beam.mass_properties:
+            data["mass_properties"] = properties._asdict()
     return json_text(data)
 
 
@@ -90,7 +92,7 @@ def heading(solution: Solution) -> list[str]:
     beam, state = solution.beam, solution.equilibrium
     lines = ["Beam         " + described_numbers(beam)]
     if units := beam.units:
-        lines.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
+        lines.append(f"{described_units(beam, units)}, {units.rpm(beam.gamma):.7g} rpm")
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
     lines += [
         "Model        " + solution.problem.described,

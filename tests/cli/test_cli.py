@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers import strict
+from helpers import slow, strict
 
 from beamviz import Beam, __version__, export, solve
 from beamviz.beam import NUMBERS
@@ -270,6 +270,16 @@ def test_a_format_beside_a_file_is_printed_too(run, tmp_path):
 
 
 HELPS = [command.name or command.callback.__name__ for command in app.registered_commands]
+WORK = (
+    *("explorer.serve", "evidence.benchmark.benchmark", "evidence.failure_maps.stability"),
+    *("exports.animate", "exports.export", "exports.screenshot"),
+)
+
+
+class Done(str):
+    """What a function returns whose work is left out: no text, no more files, no note."""
+
+    note = ""
 
 
 @pytest.mark.parametrize("command", HELPS)
@@ -281,12 +291,12 @@ def test_the_help_of_a_command_ends_with_an_example(run, tmp_path, monkeypatch, 
     (line,) = re.findall(r"^ *Example: beamviz (.+?) *$", out, re.MULTILINE)
     assert line.split()[0] == command
     worked = []
-    for function in (
-        "explorer.serve",
-        "evidence.benchmark.benchmark",
-        "evidence.failure_maps.stability",
-    ):
-        work = lambda *given, **options: worked.append(given) or ""  # noqa: E731
+
+    def work(*given: Any, **options: Any) -> Done:
+        worked.append(given)
+        return Done()
+
+    for function in WORK:
         monkeypatch.setattr(f"beamviz.{function}", work)
     code, out, err = run(*line.split())
     assert code == 0, err
@@ -308,25 +318,40 @@ def completed(tmp_path) -> Callable[..., list[str]]:
         " _beamviz_completion beamviz; echo ${COMPREPLY[@]}"
     )
 
-    def completed(*words: str) -> list[str]:
+    def completed(words: str) -> list[str]:
         env = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
-        done = subprocess.run(
-            ["bash", "-c", script, "-", *words], cwd=ROOT, env=env, capture_output=True, text=True
-        )
+        command = ["bash", "-c", script, "-", *words.split(" ")]
+        done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True)
         assert done.stderr == ""
         return done.stdout.split()
 
     return completed
 
 
+COMPLETED = {
+    "beamviz mo": ["modes", "motion"],
+    "beamviz modes --str": ["--strain"],
+    "beamviz modes --strain ": list(CHOICES["strain"]),
+    "beamviz serve --lesson no": ["nodes", "no-equilibrium"],
+    "beamviz reproduce tab": ["table1", "table2", "table3", "table4"],
+}
+
+
+@pytest.mark.parametrize("words", COMPLETED)
+def test_what_a_shell_is_told_to_complete(run, monkeypatch, words):
+    """Commands, options, their values, and names, as the script of bash asks for them."""
+    monkeypatch.setenv("_BEAMVIZ_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
+    code, out, err = run()
+    assert (code, out.split(), err) == (0, COMPLETED[words], "")
+
+
 @pytest.mark.skipif(not shutil.which("bash"), reason="needs bash")
 def test_bash_completes(completed):
-    """Commands, options, their values, and names."""
-    assert completed("beamviz", "mo") == ["modes", "motion"]
-    assert completed("beamviz", "modes", "--str") == ["--strain"]
-    assert completed("beamviz", "modes", "--strain", "") == list(CHOICES["strain"])
-    assert completed("beamviz", "serve", "--lesson", "no") == ["nodes", "no-equilibrium"]
-    assert completed("beamviz", "reproduce", "tab") == ["table1", "table2", "table3", "table4"]
+    """By the script that is printed for it."""
+    words = "beamviz modes --strain "
+    assert completed(words) == COMPLETED[words]
 
 
 def process(*arguments: str, **settings: Any) -> subprocess.CompletedProcess[str]:
@@ -338,19 +363,20 @@ def process(*arguments: str, **settings: Any) -> subprocess.CompletedProcess[str
 
 
 LONG = {  # and short
-    "modes": "modes",
     "json": "modes --format json",
     "help": "modes --help",
+    "error": "modes --gamma -1 --format json",
+    "loci": "loci --over gamma --start 0 --stop 1 --points 2000 --format csv",
+    "modes": "modes",
     "commands": "--help",
     "version": "--version",
     "lessons": "lessons",
-    "error": "modes --gamma -1 --format json",
-    "loci": "loci --over gamma --start 0 --stop 1 --points 2000 --format csv",
     "motion": "motion --until 1 --points 5000 --format csv",
 }
+OFTEN = ("json", "help", "error", "loci")  # by every test run
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize("name", [*OFTEN, *slow(*(name for name in LONG if name not in OFTEN))])
 def test_a_reader_that_leaves_early_has_what_it_wants(name):
     """`beamviz modes | true` is no failure and says nothing: what is written goes nowhere, at once
     or when the buffer is full. A failure stays one."""

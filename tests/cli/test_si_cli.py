@@ -41,7 +41,7 @@ def test_a_file_of_stations_alone_leaves_the_other_numbers_to_options(run, tmp_p
     code, out, err = run("modes", "--si", str(file), "--gamma", "3", "--format", "json")
     data = strict(out)
     assert (code, err) == (0, "")
-    assert data["beam"] == Beam.from_csv(file, rotation_speed=0).replace(gamma=3).numbers
+    assert data["beam"] == Beam.from_file(file, rotation_speed=0).replace(gamma=3).numbers
     assert data["units"]["length"] == 1.5
     code, _, err = run("modes", "--si", str(file), "--mu", "70")
     assert (code, "--mu 70" in err, "the file gives mu" in err) == (2, True, True)

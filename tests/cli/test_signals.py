@@ -38,7 +38,7 @@ COMMANDS = {  # each works for longer than a second
     "serve": "serve --port {port}",
     "serve, two processes": "serve --port {port} --processes 2",
 }
-OFTEN = ("stability", "sweep", "film of a motion", "serve, two processes")  # by every test run
+OFTEN = ("sweep", "serve, two processes")  # by every test run
 
 pytestmark = [
     pytest.mark.usefixtures("interruptible"),
@@ -87,7 +87,7 @@ def session_of(pid: int) -> list[str]:
     ("name", "to_group"),
     [
         *((name, k % 2 == 0) for k, name in enumerate(OFTEN)),
-        *slow(*((name, to_group) for name in COMMANDS for to_group in (True, False))),
+        *slow(*((name, k % 2 == 0) for k, name in enumerate(COMMANDS))),
     ],
 )
 def test_a_command_ends_at_any_moment(tmp_path, name, to_group):
@@ -176,8 +176,8 @@ def test_workers_end_with_their_process_however_it_ends(tmp_path):
     ("number", "processes", "after"),
     [
         (signal.SIGINT, 1, 0.6),
-        *slow(*((signal.SIGINT, 1, after) for after in (0.0, 0.1, 0.3, 1.2))),
-        *slow(*((signal.SIGTERM, 3, after) for after in (0.0, 0.3, 1.2))),
+        *slow(*((signal.SIGINT, 1, after) for after in (0.0, 0.2))),
+        *slow(*((signal.SIGTERM, 3, after) for after in (0.3, 1.2))),
     ],
 )
 def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
@@ -188,7 +188,7 @@ def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("after", [0.7, *slow(0.0, 0.5, 1.2, 2.3)])
+@pytest.mark.parametrize("after", [0.7, *slow(0.0, 1.2)])
 def test_a_picture_given_up_leaves_no_file(tmp_path, after):
     """While it loads, solves, draws and writes; the picture is there whole or not at all."""
     target = tmp_path / "out" / "picture.png"
@@ -205,7 +205,7 @@ def test_a_picture_given_up_leaves_no_file(tmp_path, after):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["gif", "mp4"])
+@pytest.mark.parametrize("kind", ["mp4"])
 def test_a_film_given_up_leaves_the_former_one(tmp_path, kind):
     """While its frames are drawn, beside a half file."""
     target = tmp_path / f"film.{kind}"

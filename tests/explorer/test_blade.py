@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import blade_texts
 import pytest
 from helpers import slow
 from live.axe import load_axe, violations
@@ -21,6 +22,7 @@ from beamviz.explorer.blade_table import (
     beam_of,
     draft_of,
     draft_of_text,
+    parse_stations,
     parse_table,
     text_of_draft,
     wrong_entries,
@@ -43,8 +45,9 @@ TABLE = "0\t1.2\t300\t3e7\t150\n0.4\t1\t200\t2.5e7\t90\n1\t0.5\t50\t1e7\t20"
 
 
 def rows(guest: Visitor, name: str = "stations") -> list[list[str]]:
-    """The cells of a table as the page shows them."""
-    return [line.split("\t") for line in guest.values[f"blade.{name}"].split("\n")]
+    """The cells of a table as the page shows them, of stations without the twist."""
+    lines = guest.values[f"blade.{name}"].split("\n")
+    return [line.split("\t")[:5] for line in lines]
 
 
 def type_in(guest: Visitor, row: int, column: int, text: str, name: str = "stations") -> None:
@@ -70,7 +73,12 @@ def shown(guest: Visitor, name: str) -> None:
         (TABLE, TABLE),
         (TABLE.replace("\t", ","), TABLE),
         (TABLE.replace("\t", "  "), TABLE),
-        (TABLE.replace("\t", ";").replace(".", ","), TABLE.replace(".", ",")),
+        (TABLE.replace("\t", ";").replace(".", ","), TABLE),
+        ("x [mm]\tEI [kN m^2]\tm\n0\t2\t1\n1000\t2\t1", "0\t1\t2000\n1\t1\t2000"),
+        (
+            "x;m;EI;twist\nft;t/m;Nm2;rad\n0;1;2;0\n10;1;2;0,1",
+            "0\t1000\t2\t\t\t0\n3.048\t1000\t2\t\t\t5.72958",
+        ),
         ("# a comment\n\n" + TABLE + "\r\n\n", TABLE),
         (
             "EI [N m^2]\tposition [m]\tEA (N)\tmass [kg/m]\n300\t0\t3e7\t1.2\n50\t1\t1e7\t.5",
@@ -92,7 +100,24 @@ def shown(guest: Visitor, name: str) -> None:
 )
 def test_a_table_is_taken_as_people_have_it(text, cells):
     """By tabs, commas, semicolons or blanks; with comments; with names in another order."""
-    assert "\n".join("\t".join(row) for row in parse_table(text, STATIONS)) == cells
+    rows = ["\t".join(row).rstrip() for row in parse_table(text, STATIONS)]
+    assert rows == [row.rstrip() for row in cells.split("\n")]
+
+
+@pytest.mark.parametrize("kind", ["elastodyn", "bmodes", "hawc2", "flex"])
+def test_a_file_of_the_field_is_taken_as_a_table(kind):
+    """Its fractions are those of the length of the beam shown; the twist is in its column."""
+    pasted = parse_stations(getattr(blade_texts, kind)(), blade_texts.BLADE.length)
+    for k, expected in (
+        (0, blade_texts.BLADE.stations),
+        (1, blade_texts.BLADE.mass),
+        (2, blade_texts.BLADE.edge),
+        (4, blade_texts.BLADE.flap),
+        (5, blade_texts.BLADE.twist),
+    ):
+        assert [float(row[k]) for row in pasted.rows] == pytest.approx(expected, rel=1e-5)
+    assert "torsion" in pasted.left_out
+    assert wrong_entries(Draft(pasted.rows)) == []
 
 
 @pytest.mark.parametrize(
@@ -104,8 +129,8 @@ def test_a_table_is_taken_as_people_have_it(text, cells):
             "x\tcolour\n0\t1",
             r"column 'colour': must be one of position \[m\], mass \[kg/m\].*leave out",
         ),
-        ("x\tEI [GN m²]\n0\t1", r"EI \[GN m²\]: must be in N m²"),
-        ("0\t1\t2\t3\t4\t5", r"row 1 has 6 cells, more than 5"),
+        ("x\tEI [MPa]\n0\t1", r"EI \[MPa\]: unit 'MPa': must be one of N m\^2, kN m\^2"),
+        ("0\t1\t2\t3\t4\t5\t6", r"row 1 has 7 cells, more than 6"),
     ],
 )
 def test_what_is_no_table_is_refused_with_the_remedy(text, words):
@@ -146,8 +171,8 @@ def test_a_wrong_cell_is_told_with_its_value_unit_and_remedy(cell, text, words):
     [
         ("700\t1e3\t1e9", r"speed \[rpm\] = 12\.1: must lie in 0 \.\. 0\.\d+: .*too soft"),
         ("700\t1e12\t1e9", r"L √\(EA / EI\) at the root = 1\.897: must lie in 10"),
-        ("700\t1e9\t1e15", r"L √\(EA / EI\) at the root = 6e\+04.*usually"),
-        ("1e-9\t1e9\t1e10", r"mass \[kg/m\] over that at the root"),
+        ("700\t1e9\t1e19", r"L √\(EA / EI\) at the root = 6e\+06: must lie"),
+        ("1e-9\t1e9\t1e10", r"mass \[kg/m\] of station 2 at 60 m over that at the root"),
     ],
 )
 def test_tables_that_describe_no_beam_are_told_in_words(row, words):
@@ -474,7 +499,10 @@ def opened(url) -> Iterator[Page]:
         yield opened
 
 
-CELLS = "[...document.querySelectorAll('#blade table')[0].querySelectorAll('input.cell')]"
+CELLS = (
+    "[...document.querySelectorAll('#blade table')[0]"
+    ".querySelectorAll('td:not(.hidden) > input.cell')]"
+)
 PASTE = """(text => {{ const data = new DataTransfer(); data.setData('text', text);
   const cell = {cell}; cell.focus(); cell.dispatchEvent(new ClipboardEvent('paste',
   {{clipboardData: data, bubbles: true, cancelable: true}})) }})({text})"""
@@ -620,6 +648,7 @@ def test_every_column_of_a_blade_can_be_read(opened, name):
     opened.send("reset")
     opened.send("blade.preset", name, until=f"!!document.querySelector('#blade table') && {CELLS}")
     opened.send("blade.masses.add", until="document.querySelectorAll('.cells').length === 2")
+    opened.send("plane", "both", until="!document.querySelector('#blade th.hidden')")
     opened.catch_up()
     tables = "[...document.querySelectorAll('#blade .cells')]"
     wide = f"{tables}.filter(e => e.scrollWidth > e.clientWidth).length"

@@ -40,23 +40,23 @@ BOXES = """[...document.querySelectorAll('#{chart} text.label:not(.at-beam)')].m
   return {{text: e.textContent, left, right, top: top + 3, bottom: bottom - 3}}; }})"""
 
 
-@pytest.mark.parametrize("size", SIZES, ids=lambda size: "x".join(map(str, size)))
 @pytest.mark.parametrize("case", CHARTS)
-def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
+def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case):
     """Beside or above it; letters are less high than their line by three pixels on each side."""
     query, chart, labels = CHARTS[case]
     shown.call("Page.navigate", url=f"{url}/{query}")
-    shown.resize(*size)
-    shown.wait(f"{READY} && {by_id(chart)}?.querySelectorAll('text.label').length")
-    boxes = f"{BOXES.format(chart=chart)}"
-    shown.wait(f"{boxes}.length >= {len(labels)}")
-    found = shown.evaluate(boxes)
-    assert sorted(one["text"] for one in found) == sorted(labels)
-    assert are_apart(found)
-    left, width = shown.evaluate(
-        f"[{by_id(chart)}.getBoundingClientRect()].map(r => [r.left, r.width])[0]"
-    )
-    assert all(left <= one["left"] and one["right"] <= left + width for one in found)
+    for size in SIZES:
+        shown.resize(*size)
+        shown.wait(f"{READY} && {by_id(chart)}?.querySelectorAll('text.label').length")
+        boxes = f"{BOXES.format(chart=chart)}"
+        shown.wait(f"{boxes}.length >= {len(labels)}")
+        found = shown.evaluate(boxes)
+        assert sorted(one["text"] for one in found) == sorted(labels)
+        assert are_apart(found)
+        left, width = shown.evaluate(
+            f"[{by_id(chart)}.getBoundingClientRect()].map(r => [r.left, r.width])[0]"
+        )
+        assert all(left <= one["left"] and one["right"] <= left + width for one in found)
 
 
 @pytest.mark.parametrize("size", [(1100, 768), (1280, 720), (1440, 900), (390, 844)], ids=str)
@@ -166,16 +166,16 @@ LABEL_AND_SIGNS = """(() => {
   return ended && [boxOf(ended), ...signs, boxOf(chart.querySelector('.operating'))]; })()"""
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
 @pytest.mark.parametrize("gamma", [46.0, 48.5, 49.0])
-def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, url, size, gamma):
+def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, url, gamma):
     """That of a mode which is none of the first five at higher speeds, close to where it ends."""
     shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={gamma}")
-    shown.resize(*size)
     range_ends = "beamviz.drawn['loci-chart'].x.range[1]"  # of a chart before the link: earlier
-    shown.wait(f"{READY} && {range_ends} > {gamma} && ({LABEL_AND_SIGNS})?.length > 2")
-    label, *signs = shown.evaluate(LABEL_AND_SIGNS)
-    assert all(are_apart([label, sign]) for sign in signs)
+    for size in ((1440, 900), (390, 844)):
+        shown.resize(*size)
+        shown.wait(f"{READY} && {range_ends} > {gamma} && ({LABEL_AND_SIGNS})?.length > 2")
+        label, *signs = shown.evaluate(LABEL_AND_SIGNS)
+        assert all(are_apart([label, sign]) for sign in signs)
 
 
 OF_CROSSING = """(() => {
@@ -186,12 +186,12 @@ OF_CROSSING = """(() => {
   return mark && [middle(mark), [...chart.querySelectorAll('.ring')].map(middle)]; })()"""
 
 
-@pytest.mark.parametrize("size", SIZES, ids=lambda size: "x".join(map(str, size)))
-def test_the_mark_of_a_crossing_is_where_its_lines_cross(shown, url, size):
+def test_the_mark_of_a_crossing_is_where_its_lines_cross(shown, url):
     """At the rings of a beam there: also on a phone, where marks have more room for a finger."""
     crossing = 9.3733
     shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={crossing}")
-    shown.resize(*size)
-    shown.wait(f"{READY} && {OF_CROSSING}?.[1].length > 3")
-    mark, rings = shown.evaluate(OF_CROSSING)
-    assert min(math.dist(mark, ring) for ring in rings) < 1.5  # [px]
+    for size in SIZES:
+        shown.resize(*size)
+        shown.wait(f"{READY} && {OF_CROSSING}?.[1].length > 3")
+        mark, rings = shown.evaluate(OF_CROSSING)
+        assert min(math.dist(mark, ring) for ring in rings) < 1.5  # [px]

@@ -126,12 +126,12 @@ def test_messages_may_come_out_of_order(url, other):
         assert BEAM in guest.nodes
 
 
-def test_of_5000_values_the_last_one_is_solved(other, guest):
+def test_of_5000_values_the_last_one_is_solved(other, connected):
     """And other visitors are not delayed."""
-    pause(guest)
+    pause(connected)
     for k in range(5000):
-        guest.choose("gamma", 30 - 0.005 * k)
-    guest.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
+        connected.choose("gamma", 30 - 0.005 * k)
+    connected.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
 
 
 @pytest.mark.slow
@@ -163,12 +163,12 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(other, guest, caplog):
+def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(other, connected, caplog):
     """The visitor reads that it was unexpected; the next number is solved."""
     for _ in range(3):
-        guest.choose("gamma", 12.0, until=lambda _: "a mistake of ours" not in guest.text)
-        guest.choose("gamma", BROKEN, until="unexpected: a mistake of ours")
-    guest.edit(gamma=12.0)
+        connected.choose("gamma", 12.0, until=lambda _: "a mistake of ours" not in connected.text)
+        connected.choose("gamma", BROKEN, until="unexpected: a mistake of ours")
+    connected.edit(gamma=12.0)
     (line,) = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert not line.exc_info
 
@@ -210,12 +210,12 @@ def test_the_server_stops_during_an_endless_solve(url):
         ENOUGH.set()
 
 
-def test_an_error_in_drawing_ends_only_this_session(other, guest, session, frame_loops, caplog):
+def test_an_error_in_drawing_ends_only_this_session(other, connected, served, frame_loops, caplog):
     """The page connects again, to a new session; the log has one line."""
-    session.draw = lambda *_: 1 / 0
+    served.draw = lambda *_: 1 / 0
     with pytest.raises(websockets.exceptions.ConnectionClosed):
-        guest.wait(lambda _: session.visitor.wake())  # a picture may be under way
-    assert guest.socket.close_code == 1011
+        connected.wait(lambda _: served.visitor.wake())  # a picture may be under way
+    assert connected.socket.close_code == 1011
     alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
     assert re.search(r"drawing: failed for visitor \d+, .* disconnected: ZeroDivisionError", line)

@@ -26,6 +26,12 @@ FIRST = Scene.of(
 SLOW = Scene.of(method="linear", elements=1000).to_toml()  # which the command line takes
 
 
+@pytest.fixture
+def guest(connected) -> Any:
+    """A visitor with a connection."""
+    return connected
+
+
 def small_film(path: Path, scene: Scene, **options: Any) -> Loop:
     """`animate` with few small frames."""
     return animate(path, scene, **options | {"width": 96, "height": 64, "fps": 5})

@@ -272,3 +272,20 @@ def test_a_cancelled_job_frees_its_worker(workers, compute):
     job.cancel()
     wait_until(lambda: not pool.unfinished)
     assert ended.is_set()
+
+
+def test_a_cancelled_job_waits_until_it_is_asked_for_again():
+    """Each frame requests what the page needs: the same request does not begin it again, another
+    one does, and so does the visitor."""
+    waiting = list[Callable[[], None]]()
+    job: Job[int, int] = Job("test", lambda request: request, waiting.append, lambda: None)
+    job.request(1)
+    job.cancel()
+    job.request(1)
+    assert not job.busy
+    assert job.status.cancelled
+    job.retry()
+    assert job.busy
+    job.cancel()
+    job.request(2)
+    assert job.busy

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import pytest
+from helpers import slow
 from live.fresh import Guest
 from live.server import TIMEOUT, frame_loop_at, held_back, wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
@@ -17,6 +18,7 @@ from beamviz.explorer import computed_loci, frame_loop, jobs, solutions
 from beamviz.explorer.features import loads
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.jobs import LATE, OUTDATED, PATIENCE, Job
+from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
 from beamviz.scene import START
 from beamviz.solver import solve
@@ -174,6 +176,18 @@ def test_a_computation_that_has_waited_has_its_time(computer):
 
 
 @pytest.fixture
+def guest(connected) -> Visitor:
+    """A visitor with a connection: what is late depends on time."""
+    return connected
+
+
+@pytest.fixture
+def session(served) -> Session:
+    """The session of `guest`."""
+    return served
+
+
+@pytest.fixture
 def release(monkeypatch) -> Iterator[threading.Event]:
     """An event that charts and solves wait for while it is cleared; nothing is offered to be
     cancelled meanwhile."""
@@ -193,9 +207,11 @@ def told(guest: Visitor, id: str) -> str:
     ("module", "name", "tab", "chart", "others"),
     [
         (computed_loci, "loci", "frequencies", "loci-chart", LISTS),
-        (computed_loci, "loci", "veering", "veering-chart", ("veering-shapes",)),
         (map_tab, "solve_in_memory", "map", "map-chart", ("map-text",)),
-        (loads, "loads_along", "loads", "loads-axial", ("loads-text",)),
+        *slow(
+            (computed_loci, "loci", "veering", "veering-chart", ("veering-shapes",)),
+            (loads, "loads_along", "loads", "loads-axial", ("loads-text",)),
+        ),
     ],
 )
 def test_a_chart_of_earlier_numbers_says_so(

@@ -142,44 +142,44 @@ def test_beams_without_a_frequency_are_explained(guest):
     guest.says("In colour, but: buckled chordwise")
 
 
-def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
+def test_a_slow_map_is_cancelled_and_restarted(connected, few_columns):
     """With its progress, of which the last map tells too while it is there."""
-    pause(guest)
-    guest.do("tab", "map")
-    map_shown(guest, columns=str(few_columns))
-    guest.choose("method", "ancf")
+    pause(connected)
+    connected.do("tab", "map")
+    map_shown(connected, columns=str(few_columns))
+    connected.choose("method", "ancf")
     running = r"computing: map .* [1-9]\d? %"
     for action, place in (("cancel_jobs", "work"), (None, "map-chart-wait")):
-        guest.wait(lambda _, p=place: re.search(running, guest.texts[p]))
+        connected.wait(lambda _, p=place: re.search(running, connected.texts[p]))
         for part in ("map-chart", "map-text"):
-            told = guest.props[part]["data-outdated"]
+            told = connected.props[part]["data-outdated"]
             assert re.search(r"outdated: computing … [1-9]\d? %", told)
         if action:
-            assert not guest.props["map-chart"]["hidden"]
-            guest.do(action, until=lambda _: "cancelled: map" in guest.texts["work"])
-            assert guest.props["map-chart"]["hidden"]
-            guest.do("retry_jobs", None)
-    guest.do("tab", "loads")  # for the same beam it goes on
-    guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
-    guest.choose("method", "auto")  # for another one it does not
-    guest.wait(lambda _: not guest.texts["work"])
-    guest.do("tab", "map")
-    guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
+            assert not connected.props["map-chart"]["hidden"]
+            connected.do(action, until=lambda _: "cancelled: map" in connected.texts["work"])
+            assert connected.props["map-chart"]["hidden"]
+            connected.do("retry_jobs", None)
+    connected.do("tab", "loads")  # for the same beam it goes on
+    connected.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", connected.texts["work"]))
+    connected.choose("method", "auto")  # for another one it does not
+    connected.wait(lambda _: not connected.texts["work"])
+    connected.do("tab", "map")
+    connected.wait(lambda _: connected.props["map-chart"]["data-outdated"] is None)
 
 
-def test_an_empty_tab_says_what_is_computed_and_how_far_it_is(guest, session):
+def test_an_empty_tab_says_what_is_computed_and_how_far_it_is(connected, served):
     """In its place, with a button to cancel it: the first map of a blade takes long. Cancelled, it
     can be computed again."""
-    session.visitor.open(Scene(PRESETS["nrel-5mw-blade"].beam))
-    guest.do("tab", "map")
+    served.visitor.open(Scene(PRESETS["nrel-5mw-blade"].beam))
+    connected.do("tab", "map")
     told = r"computing: map .* [1-9]\d? %.*Cancel"
-    guest.wait(lambda _: re.search(told, guest.texts["map-chart-wait"]))
-    assert not guest.charts["map-chart"]
-    assert "computing: map" not in guest.texts["work"]
-    guest.do("tab", "export", until=lambda _: re.search(told, guest.texts["work"]))
-    guest.do("tab", "map", until=lambda _: "computing: map" not in guest.texts["work"])
-    guest.do("cancel_jobs")
-    guest.wait(lambda _: "Compute again" in guest.texts["map-chart-wait"])
+    connected.wait(lambda _: re.search(told, connected.texts["map-chart-wait"]))
+    assert not connected.charts["map-chart"]
+    assert "computing: map" not in connected.texts["work"]
+    connected.do("tab", "export", until=lambda _: re.search(told, connected.texts["work"]))
+    connected.do("tab", "map", until=lambda _: "computing: map" not in connected.texts["work"])
+    connected.do("cancel_jobs")
+    connected.wait(lambda _: "Compute again" in connected.texts["map-chart-wait"])
 
 
 # On the page
@@ -197,7 +197,6 @@ def numbers(shown: Page) -> list[float]:
     return fields if place == pytest.approx(fields, rel=1e-4) else []
 
 
-@pytest.mark.slow
 def test_the_map_works_by_mouse_and_keys(shown):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names. The
     canvas has the first colour at the smallest value, the last at the largest."""

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +19,6 @@ from beamviz.files import package_text
 from beamviz.lessons import NAMES
 
 TYPES = load_script("message_types")
-CHECK = load_script("check_page")
 
 
 def test_the_types_of_the_page_are_those_of_the_server():
@@ -71,16 +69,6 @@ def test_an_action_has_the_declared_types(text):
     assert messages.decode_action(f'[1, "gamma", {10**40}]')[2] == 1e40
     with pytest.raises(msgspec.MsgspecError):
         messages.decode_action(text)
-
-
-def test_the_scripts_of_the_page_have_these_types():
-    """As scripts/check_page.py checks them."""
-    if not (command := CHECK.compiler()):
-        pytest.skip("NOT CHECKED: TypeScript is missing")
-    command = [*command, "-p", str(CHECK.PROJECT)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.stdout == ""
-    assert done.returncode == 0
 
 
 def test_negative_numbers_have_a_minus_sign_and_what_is_typed_and_named_a_hyphen():

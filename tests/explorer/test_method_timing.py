@@ -86,7 +86,7 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
 
 @pytest.mark.parametrize("cancelled", [False, True])
 def test_methods_are_timed_on_request_while_their_tab_is_open(
-    guest, session, monkeypatch, cancelled
+    connected, served, monkeypatch, cancelled
 ):
     """A slow timing is named, also while paused. Another tab stops it, or forgets its cancellation;
     back, the beam is timed, but not again for another method."""
@@ -95,27 +95,29 @@ def test_methods_are_timed_on_request_while_their_tab_is_open(
         method_timing, "solve", lambda *a, **o: (release.wait(60), solve(*a, **o))[1]
     )
     monkeypatch.setattr(method_timing, "RESOLUTIONS", {o: v[:1] for o, v in RESOLUTIONS.items()})
-    pause(guest)
-    guest.do("tab", "methods", until="relative error")
-    assert guest.props["timing-chart"]["hidden"]
-    guest.do("time_methods", True)
+    pause(connected)
+    connected.do("tab", "methods", until="relative error")
+    assert connected.props["timing-chart"]["hidden"]
+    connected.do("time_methods", True)
     told = "computing: method timing.*Cancel"
-    guest.wait(lambda _: re.match(told, guest.texts["timing-chart-wait"]))
-    assert guest.texts["work"] == ""  # it is told once
+    connected.wait(lambda _: re.match(told, connected.texts["timing-chart-wait"]))
+    assert connected.texts["work"] == ""  # it is told once
     if cancelled:
-        guest.do("cancel_jobs", until=lambda _: "cancelled: method timing" in guest.texts["work"])
-        guest.wait(lambda _: "was cancelled" in guest.texts["timings"])
-    job = session.visitor.jobs[method_timing.JOB]
-    guest.do("tab", "map")
+        connected.do(
+            "cancel_jobs", until=lambda _: "cancelled: method timing" in connected.texts["work"]
+        )
+        connected.wait(lambda _: "was cancelled" in connected.texts["timings"])
+    job = served.visitor.jobs[method_timing.JOB]
+    connected.do("tab", "map")
     wait_until(lambda: job.latest is None and not job.busy)  # else it may be answered all the same
-    guest.wait(lambda _: guest.texts["work"] == "")
+    connected.wait(lambda _: connected.texts["work"] == "")
     release.set()
-    guest.edit(gamma=3.0)
-    assert "<table" not in guest.texts["timings"]
-    guest.do("tab", "methods", until=lambda _: "<table" in guest.texts["timings"])
-    guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] is None)
-    before = guest.texts["timings"]
+    connected.edit(gamma=3.0)
+    assert "<table" not in connected.texts["timings"]
+    connected.do("tab", "methods", until=lambda _: "<table" in connected.texts["timings"])
+    connected.wait(lambda _: connected.props["timing-chart"]["data-outdated"] is None)
+    before = connected.texts["timings"]
     assert job.answer.request.beam == PAPER.replace(gamma=3)
-    guest.choose("method", "foac", until="foac</b>: ")
-    wait_until(lambda: not session.is_busy)
-    assert guest.texts["timings"] == before  # with the times measured
+    connected.choose("method", "foac", until="foac</b>: ")
+    wait_until(lambda: not served.is_busy)
+    assert connected.texts["timings"] == before  # with the times measured

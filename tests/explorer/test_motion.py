@@ -390,23 +390,23 @@ def test_a_button_removes_what_a_motion_has_not(guest, action, value):
     guest.wait(lambda _: "The hub turns" in guest.texts["motion-words"])
 
 
-def test_a_long_motion_is_cancelled(guest):
+def test_a_long_motion_is_cancelled(connected):
     """And computed again on request. It is told once: in the tab while that waits for its first
     motion, else over the scene."""
 
     def told() -> list[str]:
-        texts = guest.texts["work"] + guest.texts["motion-wait"]
+        texts = connected.texts["work"] + connected.texts["motion-wait"]
         return re.findall("computing: motion[^:]*Cancel", texts)
 
-    guest.do("tab", "motion")
-    guest.do("gamma", 20.0)
-    guest.do("motion.until", 60.0)
-    guest.do("motion.pull", 30.0, until=lambda _: told())
+    connected.do("tab", "motion")
+    connected.do("gamma", 20.0)
+    connected.do("motion.until", 60.0)
+    connected.do("motion.pull", 30.0, until=lambda _: told())
     assert len(told()) == 1
-    guest.do("cancel_jobs", until="cancelled: motion")
-    guest.do("motion.pull", 0.5)
-    guest.do("motion.until", 2.0)
-    guest.wait(lambda _: has_chart(guest, 2.0) and not guest.props[CHART]["hidden"])
+    connected.do("cancel_jobs", until="cancelled: motion")
+    connected.do("motion.pull", 0.5)
+    connected.do("motion.until", 2.0)
+    connected.wait(lambda _: has_chart(connected, 2.0) and not connected.props[CHART]["hidden"])
 
 
 def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):

@@ -255,7 +255,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, frame_loops, beam, state, end, tu
     assert shown.problems == []
 
 
-@pytest.mark.parametrize("alpha", [1.0, 0.0])
+@pytest.mark.parametrize("alpha", [1.0, *slow(0.0)])
 def test_a_drag_beside_the_beam_turns_the_view(url, alpha):
     """Also near the hub, and before the pointer was over a body; what was edited can be undone: the
     connection is the same."""
@@ -282,6 +282,7 @@ def test_a_drag_beside_the_beam_turns_the_view(url, alpha):
         assert opened.problems == []
 
 
+@pytest.mark.slow
 def test_each_body_is_dragged_by_a_mouse(shown, frame_loops):
     """A box and a collar, each without the other, and undone one by one."""
     shown.resize(1440, 900)

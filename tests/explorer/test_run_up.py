@@ -1,15 +1,13 @@
 """The run-up: the speed rises, and the scene shows the forced response."""
 
-import asyncio
 import math
-import time
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from live.server import TIMEOUT
-from live.visitor import PAPER, beam_moved, pause, visitor
+from live.offline import CLOCK
+from live.visitor import PAPER, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
@@ -140,22 +138,17 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert (guest.values["damping"], guest.values["force_per_rev"]) == (20, 3)
 
 
-def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loops):
+def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session):
     """Though moments of the scene are drawn between the frames that show a new speed."""
     guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
 
-    async def speeds() -> tuple[float, float]:
-        """At a frame, and at that a tenth of a second later; on the event loop, so between other
-        frames."""
-        now, found = time.monotonic(), list[float]()
-        for after in (0.0, 0.1):
-            session.move(now + after)
-            session.tick(now + after)
-            found.append(session.visitor.state.run_speed)
-        session.last_tick = session.last_shown = time.monotonic()
-        return found[0], found[1]
+    def speed(after: float) -> float:
+        """At a frame after a time [s]."""
+        session.move(CLOCK.time + after)
+        session.tick(CLOCK.time + after)
+        return session.visitor.state.run_speed
 
-    before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(TIMEOUT)
+    before, after = speed(0.0), speed(0.1)
     run = run_up.answer_of(session.snapshot).result
     assert after == pytest.approx(next_speed(run, before, 0.1))
 
@@ -174,7 +167,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
     guest.choose("comparison", "coriolis", until=is_moving)
     guest.do("run_up", until=lambda _: "Forced response" in guest.texts["scene-caption"])
     for _ in range(10):
-        guest.wait(beam_moved)
+        guest.receive()
         assert not is_moving()
     guest.do("gamma", 4.0, until=lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
     assert "Forced response" in guest.texts["scene-caption"]

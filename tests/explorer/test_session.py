@@ -90,14 +90,14 @@ def test_a_term_is_switched_and_back(guest, option):
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
+def test_a_change_of_view_is_eased_unless_motion_is_reduced(connected, still):
     """For both beams of a comparison, from the first frame on, also while paused."""
-    guest.do("preferences", "still" if still else "")
-    guest.set(comparison="mass", stacked=True)
-    guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
-    pause(guest)
+    connected.do("preferences", "still" if still else "")
+    connected.set(comparison="mass", stacked=True)
+    connected.wait(lambda _: "/other/rotor/beam" in connected.nodes)
+    pause(connected)
     places: dict[str, list[float]] = {"/scene": [], "/other": []}
-    guest.choose("rotating_frame", False)
+    connected.choose("rotating_frame", False)
 
     def arrived(messages: list[dict[str, Any]]) -> bool:
         for message in messages:
@@ -105,7 +105,7 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
                 places[message["name"]].append(message["position"][0])
         return all(xs and xs[-1] == 0.0 for xs in places.values())
 
-    guest.wait(arrived)
+    connected.wait(arrived)
     for xs in places.values():
         assert (len(xs) == 1) == still
         assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)

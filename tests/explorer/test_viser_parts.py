@@ -1,6 +1,7 @@
 """What our pages use of viser's page is there, or they say what is not."""
 
 import pytest
+from helpers import slow
 from live.browser import READY, by_id, page
 
 from beamviz.exports import export
@@ -16,7 +17,7 @@ OTHER_MESSAGES = """window.Worker = class extends Worker {
 
 @pytest.mark.parametrize(
     ("change", "told"),
-    [(WITHOUT_A_PART, "requestRender"), (OTHER_MESSAGES, "message of a connection")],
+    [(WITHOUT_A_PART, "requestRender"), *slow((OTHER_MESSAGES, "message of a connection"))],
 )
 def test_a_page_says_what_another_viser_lacks(url, change, told):
     """Visibly and in the console, in place of a scene that does not move for no reason."""

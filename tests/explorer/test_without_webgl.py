@@ -13,7 +13,6 @@ from PIL import Image
 
 from beamviz.beam import Beam
 from beamviz.drawing import surroundings
-from beamviz.explorer import explorer
 from beamviz.explorer.first_picture import OpeningScene
 from beamviz.exports import export
 from beamviz.exports.renderer import Renderer
@@ -41,10 +40,10 @@ class WithoutShadow(Renderer):
         return Image.new("RGBA", self.size)
 
 
-@pytest.fixture
-def school() -> Iterator[Page]:
+@pytest.fixture(scope="module")
+def school(url) -> Iterator[Page]:
     """A page in a browser without WebGL, once it has drawn the scene."""
-    with explorer(FIRST) as url, page("about:blank", 1440, 900) as shown:
+    with page("about:blank", 1440, 900) as shown:
         shown.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
         shown.call("Page.navigate", url=url)
         shown.wait(SHOWN)

@@ -80,10 +80,11 @@ def test_a_resonance_at_a_speed_of_the_sweep_is_found_once():
         assert again == pytest.approx([at], rel=1e-9)
 
 
-def test_the_static_deflection_is_the_unit():
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+def test_the_static_deflection_is_the_unit(plane):
     """The unit of the amplitude, with a mass anywhere: by definition, whatever the beam."""
     for beam in (Beam(), Beam(alpha=2, beta=0.4), Beam(alpha=1, beta=1)):
-        still = response(solve(beam, modes=20), 1e-6, 0.01, TIP)[0]
+        still = response(solve(beam, modes=20, plane=plane), 1e-6, 0.01, TIP)[0]
         assert still[1].real == pytest.approx(-1, rel=1e-5)
 
 

@@ -246,3 +246,15 @@ def test_pickling(method):
     assert again["B3"].solutions[0].shape(2, np.ones(1)) == pytest.approx(
         found["B3"].solutions[0].shape(2, np.ones(1))
     )
+
+
+def test_the_nearest_line_is_the_one_with_the_least_margin_above_or_below():
+    """Modes between two lines, some of them nearer to the lower one, others to the upper one."""
+    found = loci(Beam(alpha=1, beta=0.5, gamma=20), "gamma", [0.0, 20.0], modes=5, per_rev=6)
+    speed, nearest = 20.0, []
+    for margin in found.margins:
+        away = [abs(margin.frequency - k * speed) / (k * speed) for k in range(1, 7)]
+        assert margin.nearest == 1 + away.index(min(away))
+        nearest.append((margin.nearest, margin.frequency > margin.nearest * speed))
+    assert {above for _, above in nearest} == {False, True}
+    assert len({line for line, _ in nearest}) > 2

@@ -15,7 +15,7 @@ from beamviz import Beam, BeamvizError, loci, resonances, solve, solve_many
 from beamviz.frequency_loci.avoided_crossings import CLOSE
 from beamviz.frequency_loci.events.least_gaps import ROTATED
 
-SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "14"))))]
+SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "9"))))]
 PLACES = 12  # of each chart, drawn anew: solved with a thousandth of the tolerance
 GAMMA_OVER_MU = 4.99
 
@@ -122,7 +122,7 @@ def exchanges_of_order(beam, over, values, modes):
     ]
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 6, 7, 8, *slow(4, 5, *range(9, 24))])
+@pytest.mark.parametrize("seed", [3, 6, 7, 8, *slow(0, 1, 2, 4, 5, *range(11, 17))])
 def test_crossings_of_random_beams(seed):
     """On a coarse grid: the crossings of a dense one, each within its step of that."""
     beam, over, low, high = outward_chart(seed)
@@ -154,7 +154,7 @@ def peaks(y):
     return 1 + np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] > y[2:]))
 
 
-@pytest.mark.parametrize("seed", [7, 14, *slow(0, 3, 6, 11, 18, 21)])
+@pytest.mark.parametrize("seed", [7, *slow(0, 3, 6, 11, 14, 18, 21)])
 def test_veerings_of_random_beams(seed):
     """With Coriolis, on a dense grid: a veering is where the gap of two neighbours has a small
     minimum and the shapes are exchanged between the greatest gaps before and after; there is none

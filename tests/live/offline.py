@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 import pytest
 from live.fresh import Guest, turned
-from live.server import CAMERA_MESSAGE
+from live.server import CAMERA_MESSAGE, MEANWHILE
 from live.visitor import Visitor as Socket
 
 from beamviz.drawing.scene_graph import SceneGraph
@@ -25,12 +25,14 @@ from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Camera as Viewpoint
 from beamviz.scene import Scene
+from beamviz.server.viser_private import ViserScene
 
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
 IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
 POSTPONED = 0.1  # the part of the frames that come late
 STEP = 0.04  # [s] from one frame of a `Desk` to the next
+PATIENT = 3  # frames that a `Local` visitor waits for without the charts
 MOST = 500  # frames until a page is at rest
 
 
@@ -83,26 +85,32 @@ class Camera:
 
 
 class Control:
-    """A control of viser, or a command."""
+    """A control of viser, or a command; triggered: the handlers of a command."""
 
     def __init__(self) -> None:
-        self.value = ""
+        self.value, self.triggered = "", list[Callable[..., Any]]()
         self.on_update: Callable[..., Any] = lambda handler: None
-        self.on_trigger: Callable[..., Any] = lambda handler: None
+        self.on_trigger = self.triggered.append
 
 
 class Client:
-    """What a session uses of a client of viser. scripts: called for what the page is sent."""
+    """What a session uses of a client of viser. scripts: called for what the page is sent;
+    downloads: names and contents of files."""
 
     atomic = staticmethod(nullcontext)
 
     def __init__(self) -> None:
         self.scene, self.camera, self.scripts = Graph(), Camera(), list[Callable[[], str]]()
+        self.commands, self.downloads = dict[str, Control](), dict[str, bytes]()
         self.gui = SimpleNamespace(
             add_text=lambda *given, **options: Control(),
-            add_command=lambda name: Control(),
+            add_command=lambda name: self.commands.setdefault(name, Control()),
             configure_theme=lambda **options: None,
         )
+
+    def send_file_download(self, name: str, content: bytes, *, save_immediately: bool) -> None:
+        """Keep a file that is sent."""
+        self.downloads[name] = content
 
     def flush(self) -> None:
         """All is received at once."""
@@ -144,8 +152,9 @@ def run(steps: Coroutine[Any, Any, None]) -> None:
 class Offline(Socket):
     """A visitor of a session in this process; scene: that which the server begins with."""
 
-    def __init__(self, scene: Scene, workers: Workers):
+    def __init__(self, scene: Scene, workers: Any):
         super().__init__(Line())
+        self.workers = workers
         self.client: Any = Client()
         state = first_state(scene, links.PAGE)
         opened = Visitor(self.client, state, workers, schedule=lambda: None)
@@ -193,6 +202,86 @@ class Offline(Socket):
         view = self.client.camera
         self.camera = (*view.position.tolist(), *view.look_at.tolist())
         return []
+
+
+class Pools:
+    """Jobs that a waiting visitor runs: solves at once, charts once nothing else has helped."""
+
+    def __init__(self) -> None:
+        self.solvers, self.background = Workers(), Workers()
+
+
+class Local(Offline):
+    """A visitor in this process who is used as one with a connection: frames are drawn while it
+    waits, at a constant rate, each with the answers to what the one before has requested. A chart
+    that nothing waits for is not computed."""
+
+    def __init__(self, scene: Scene):
+        super().__init__(scene, Pools())
+        self.waited = 0  # frames since the last action
+        self.parts["bridge"] = "bridge"
+        self.commands = {name: name for name in self.client.commands}
+        self.beam = scene.beam
+        self.wait(lambda _: self.texts["equilibrium"])
+
+    def do(self, action: str, value: Any = None, until: Any = "") -> None:
+        """Do an action of the page, and wait as a visitor with a connection does."""
+        self.actions += 1
+        text = json.dumps([self.actions, action, value])
+        self.send(type="GuiUpdateMessage", uuid="bridge", updates={"value": text})
+        if action == "tab":
+            self.parts["open"] = value
+        if until:
+            self.wait(until if callable(until) else lambda _: until in self.text)
+
+    def send(self, **message: Any) -> None:
+        """Hand a message over to what viser calls for it."""
+        kind, self.waited = message["type"], 0
+        if kind == "GuiUpdateMessage":
+            own = self.session.visitor.page
+            own.bridge.value = message["updates"]["value"]
+            run(own.received(SimpleNamespace(client_id=0)))
+        elif kind == "CommandTriggerMessage":
+            for handler in self.client.commands[message["uuid"]].triggered:
+                handler(None)
+        elif kind == "ViewerCameraMessage" and hasattr(self, "session"):
+            view = self.client.camera
+            view.position, view.look_at = message["position"], message["look_at"]
+            view.image_width, view.image_height = message["image_width"], message["image_height"]
+            view.aspect = view.image_width / view.image_height
+            run(self.session.camera_moved(None))
+
+    def receive(self, timeout: float = 0.0) -> list[dict[str, Any]]:
+        """Draw the next frame, as the frame loop does, and take what was sent."""
+        session = self.session
+        CLOCK.time += STEP
+        self.waited += 1
+        self.workers.solvers.run()
+        if self.waited > PATIENT:
+            self.workers.background.run()
+        before = self.client.camera.position
+        if session.visitor.outdated or session.is_busy or session.page_moves:
+            session.tick(CLOCK.time)
+        elif session.is_moving:
+            session.move(CLOCK.time)
+        super().receive()
+        position = self.client.camera.position
+        self.camera = (*position.tolist(),)
+        if position is not before:
+            run(session.camera_moved(None))
+        return []
+
+
+@contextmanager
+def local(scene: Scene) -> Iterator[Local]:
+    """A visitor of a server that begins with a scene, in this process."""
+    with offline():
+        guest = Local(scene)
+        MEANWHILE.append(guest.receive)
+        try:
+            yield guest
+        finally:
+            MEANWHILE.remove(guest.receive)
 
 
 class OfflineGuest(Guest):
@@ -347,15 +436,26 @@ def lecture(presenter: Desk, follower: Desk) -> Callable[..., None]:
 
 @contextmanager
 def offline() -> Iterator[None]:
-    """Context in which sessions need no connection, and the time is that of the test."""
+    """Context in which sessions may be without a connection, and the time is that of the test."""
 
-    def send(client: Client, source: Callable[[], str]) -> None:
-        client.scripts.append(source)
+    run_script, private_control, scene_of = page.run_script, page.private_control, ViserScene
+
+    def send(client: Any, source: Callable[[], str]) -> None:
+        if isinstance(client, Client):
+            client.scripts.append(source)
+        else:
+            run_script(client, source)
+
+    def private(control: Any) -> str:
+        return "bridge" if isinstance(control, Control) else private_control(control)
+
+    def scene(made: Any) -> Any:
+        return made if isinstance(made, Graph) else scene_of(made)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "run_script", send)
-        patch.setattr(page, "private_control", lambda control: "bridge")
-        patch.setattr(session, "ViserScene", lambda scene: scene)
+        patch.setattr(page, "private_control", private)
+        patch.setattr(session, "ViserScene", scene)
         patch.setattr(solutions, "QUICK", 0.0)  # `Workers` say when a solve is done
         patch.setattr(jobs, "time", CLOCK)
         patch.setattr(visitor, "time", CLOCK)

@@ -33,6 +33,9 @@ CAMERA_MESSAGE |= {"up_direction": (0.0, 0.0, 1.0), "fov": 0.4, "near": 0.01, "f
 CAMERA_MESSAGE |= {"image_height": 720, "image_width": 1280}
 
 
+MEANWHILE: list[Callable[[], Any]] = []  # what has to go on while a test waits
+
+
 def free_port(host: str = "127.0.0.1") -> int:
     """A port that is not in use: below those that the system gives out, and another for each worker
     of the tests, so that no other server takes it before this one starts."""
@@ -125,12 +128,15 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
 
 
 def wait_until(done: Callable[[], Any], timeout: float = TIMEOUT, about: str = "") -> Any:
-    """Wait until `done` returns a true value; that value."""
+    """Wait until `done` returns a true value; that value. MEANWHILE is called while it waits."""
     end = time.monotonic() + timeout
     while not (value := done()):
         if time.monotonic() > end:
             raise TimeoutError(f"not true within {timeout:g} s{about}")
-        time.sleep(0.02)
+        for call in MEANWHILE:
+            call()
+        if not MEANWHILE:
+            time.sleep(0.02)
     return value
 
 

@@ -18,7 +18,7 @@ from beamviz.blade import Blade, Mass
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.constitutive import STRAIN_LAWS
 from oracle import FINE, QUICK, truth
-from oracle.bent import bent_truth
+from oracle.bent import BentTruth, bent_truth
 from oracle.eigen import UnresolvedError
 from oracle.equilibrium import LAWS, NoStateError, shoot
 
@@ -359,10 +359,27 @@ def _random_bent_beam(rng: np.random.Generator, most: float) -> Beam:
 
 def bent_verdict(scene: Scene) -> dict[str, Any]:
     """`verdict` on a bent beam."""
-    return judged(scene, partial(bent_solution_verdict, scene), partial(_bent_limited, scene))
+    return judged(scene, partial(bent_solution_verdict, scene), partial(bent_limited, scene))
 
 
-def _bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
+def bent_oracle(scene: Scene) -> dict[str, Any]:
+    """The oracle's answer about the state that `solve` finds, as plain data, or why there is
+    none."""
+    try:
+        truth = bent_truth_of(scene, solve(scene.beam, **scene.options))
+    except BeamvizError as error:
+        return {"missing": error.kind}
+    except (UnresolvedError, RuntimeError, FloatingPointError) as error:
+        return {"missing": f"unresolved: {error}"}
+    return {
+        "real": truth.omega.real.tolist(),
+        "imag": truth.omega.imag.tolist(),
+        "differences": truth.differences.tolist(),
+        "tip": truth.tip.tolist(),
+    }
+
+
+def bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
     """A beam that is slower, or that spins up less, must have a state."""
     if np.isnan(error.limit):  # of the spin-up
         (limit,) = re.findall(r"beyond spin_up = (\S+),", str(error))
@@ -378,14 +395,19 @@ def _bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
 
 def bent_solution_verdict(scene: Scene, solution: Solution) -> dict[str, Any]:
     """The verdict on a solution of a bent beam."""
-    options, state = scene.options, solution.equilibrium
-    model = (options["strain"], options["curvature"], options["coriolis"], options["modes"])
     try:
-        truth = bent_truth(
-            scene.beam, *model, lambda x: (state.position(x), state.angle(x), state.stretch(x))
-        )
+        truth = bent_truth_of(scene, solution)
     except (UnresolvedError, RuntimeError, FloatingPointError) as error:
         return {"kind": "unknown", "says": str(error)}
     distance = abs(solution.s - 1j * truth.omega)  # of frequency and growth rate together
     oracle_error = truth.differences + ROUNDING * abs(truth.omega)
     return held(distance, solution.errors, oracle_error, abs(truth.omega))
+
+
+def bent_truth_of(scene: Scene, solution: Solution) -> BentTruth:
+    """The state next to that of a solution, and its modes. Raises UnresolvedError."""
+    options, state = scene.options, solution.equilibrium
+    model = (options["strain"], options["curvature"], options["coriolis"], options["modes"])
+    return bent_truth(
+        scene.beam, *model, lambda x: (state.position(x), state.angle(x), state.stretch(x))
+    )

@@ -27,6 +27,7 @@ from beamviz.server.processes import MIN_LIFETIME, listening_sockets, process_co
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
 
 
+@pytest.mark.slow
 def test_nothing_is_computed_while_nothing_moves():
     """With a paused visitor, and without any, the frame loop does not wake."""
 
@@ -73,7 +74,7 @@ def test_invalid_options_are_refused_before_serving():
 
 @pytest.mark.parametrize(
     ("number", "processes"),
-    [(signal.SIGTERM, 1), *slow((signal.SIGINT, 1), (signal.SIGTERM, 2), (signal.SIGINT, 2))],
+    [(signal.SIGTERM, 1), *slow((signal.SIGINT, 2))],
 )
 def test_a_signal_ends_the_server_cleanly(tmp_path, number, processes):
     """With a visitor connected; Ctrl-C reaches all processes at once. SIGTERM is how a service is

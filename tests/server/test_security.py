@@ -29,7 +29,7 @@ EVIL = "evil.example"
 REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", f"localhost.{EVIL}", "user@127.0.0.1:{port}")
 REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port", "127.0.0.1:0")
 FOREIGN: list[dict[str, str]] = [
-    *({"Origin": origin} for origin in (f"http://{EVIL}", "null")),
+    *({"Origin": origin} for origin in (f"http://{EVIL}", "null", "")),
     # DNS rebinding makes a foreign page same-origin; only the Host header shows it.
     *({"Host": name, "Origin": f"http://{name}"} for name in REBOUND),
 ]
@@ -234,6 +234,7 @@ def test_every_response_has_the_security_headers(plain, url, capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_half_open_sockets_are_closed(monkeypatch):
     """Connections without a request, or with half of one; a visitor is served meanwhile."""
     monkeypatch.setattr(connection, "TIMEOUT", 3.0)  # that the visitor needs for a ping at most
@@ -250,6 +251,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
                     pass
 
 
+@pytest.mark.slow
 def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
     """A page of a sleeping machine answers no pings, and must not fill the memory."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)

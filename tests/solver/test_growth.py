@@ -8,6 +8,7 @@ from oracle.bent import bent_truth
 from beamviz import Beam, solve
 from beamviz.errors import BeamvizError
 from beamviz.solver.problem import METHODS
+from beamviz.solver.stability import status_of
 
 SLENDER = Beam(mu=10000)
 COALESCENCE = 85.67013082529  # spin-up at which B1 and B2 of it coalesce
@@ -27,6 +28,14 @@ def oracle_s(solution):
         solution.beam, *model, lambda x: (state.position(x), state.angle(x), state.stretch(x))
     )
     return 1j * truth.omega, truth.differences
+
+
+def test_divergence_comes_before_flutter():
+    """A state that is left both with a vibration and without one is called unstable."""
+    static, growing, decaying = 0.5 + 0j, 0.2 + 4j, -0.2 + 4j
+    assert status_of(np.array([growing, static])) == "unstable"
+    assert status_of(np.array([growing, decaying])) == "growing"
+    assert status_of(np.array([3j, decaying])) == "stable"
 
 
 @pytest.mark.parametrize(("spin_up", "rate"), [(100, 2.1203), (200, 5.7037)])

@@ -297,6 +297,7 @@ def test_collocation_of_an_outward_beam_is_stable(beam, terms, plane):
     assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_solutions_by_collocation_keep_no_matrices():
     """A chart over the place of the mass: 30 MB if each keeps those of its grid."""
     beam = Beam(alpha=1, gamma=5)

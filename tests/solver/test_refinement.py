@@ -142,6 +142,7 @@ def test_extra_modes_of_a_sweep_need_not_meet_the_tolerance():
         assert within_the_bars(six, solve(beam, modes=8, tolerance=EXACT))
 
 
+@pytest.mark.slow
 def test_what_is_kept_of_solved_beams_is_small():
     """Beams of large strain on different meshes, as the mass of each is elsewhere. What is kept to
     solve similar ones sooner takes a few kilobytes for each, with the matrices of its mesh 350."""

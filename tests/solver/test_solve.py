@@ -61,6 +61,7 @@ def test_many_at_once_are_the_same_as_one_by_one():
     assert solve_many([]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["straight", "stable"])
 def test_an_error_among_answers_keeps_nothing_of_what_was_computed(state):
     """Neither it nor those that it followed refer to the frames of the solver: a chart keeps a

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from beamviz import Beam, InvalidInput, Scene, motion, solve
+from beamviz import Beam, InvalidInput, Ramp, Scene, motion, solve
 from beamviz.output.motion import motion_json, motion_table
 from beamviz.output.solution import solution_json, solution_table
 from beamviz.scene import parse_query
@@ -153,3 +153,11 @@ def test_yield_stress_and_height_are_kept():
     assert beam.replace(gamma=3).si["yield_stress"] == 235e6
     with pytest.raises(InvalidInput, match="did you mean 'yield_stress'"):
         Beam.from_si(**BAR, yield_strength=1)
+
+
+def test_the_greatest_stress_of_a_motion_is_looked_for_to_its_end():
+    """A bar that turns ever faster is bent most by its swing back, after half of the time."""
+    beam = Beam.from_si(**BAR, rotation_speed=10.0)
+    faster = Ramp(3.0, 2.0, "linear", start=beam.gamma)
+    greatest = motion(beam, 2.0, speed=faster, damping=0.3, points=1601).greatest_stress
+    assert greatest.t > 1.0

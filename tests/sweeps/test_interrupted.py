@@ -91,7 +91,7 @@ def test_ended_by_a_signal_while_its_workers_start(number, tmp_path):
 def test_ended_by_signals_while_its_workers_work(undisturbed, tmp_path):
     """One after the other; resumed at last it has the same store as in one run, byte by byte."""
     store = tmp_path / "a.zarr"
-    for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+    for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
         before = chunks(store)
         ended(store, number, before + 1)
         assert before < chunks(store) < CHUNKS
@@ -163,7 +163,7 @@ def test_memory_does_not_grow(tmp_path):
     peaks = []
     for count in (2, 8):
         store = tmp_path / f"{count}.zarr"
-        axes = ("gamma=0:2:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
+        axes = ("gamma=0:2:501", "alpha=0:5:4", f"beta=0.1:1:{count}")
         over = (word for axis in axes for word in ("--over", axis))
         command = "-m", "beamviz", "sweep", str(store), "--workers", "2"
         with python(tmp_path, *command, *over) as process:

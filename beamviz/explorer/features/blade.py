@@ -26,7 +26,7 @@ from beamviz.explorer.blade_table import (
     beam_of,
     draft_of,
     draft_of_text,
-    parse_table,
+    parse_stations,
     sorted_rows,
     text_of,
     text_of_draft,
@@ -56,6 +56,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.presets import PRESETS, Preset
 from beamviz.si import PhysicalBeam
+from beamviz.tables import plural
 
 TABLES = {"stations": STATIONS, "masses": MASSES}
 PASTE, FILE = "blade.paste", "blade.file"
@@ -159,10 +160,12 @@ class BladePanel(Feature):
             load(visitor, "", lambda _: beam, then=partial(with_draft, draft=kept))
 
     def type(self, name: str, text: Any) -> None:
-        """Take a table as the page sends it: the texts of all its cells."""
+        """Take a table as the page sends it: the texts of its cells, the last ones of which may be
+        left out."""
         columns, rows = len(TABLES[name]), rows_sent(str(text))
-        if all(len(row) == columns for row in rows):
-            self.edit(lambda draft, _: with_rows(draft, name, rows))
+        if all(len(row) <= columns for row in rows):
+            padded = tuple((*row, *[""] * (columns - len(row))) for row in rows)
+            self.edit(lambda draft, _: with_rows(draft, name, padded))
 
     def add(self, name: str, _: Any) -> None:
         """Add a station or a body, whose first cell gets the focus."""
@@ -193,13 +196,16 @@ class BladePanel(Feature):
 
     def paste(self, key: str, text: str) -> None:
         """Take a table from elsewhere; where it is none, say why, and keep its text."""
+        physical = physical_of(self.visitor.state)
         try:
-            rows = parse_table(without_powers(text), STATIONS)
+            pasted = parse_stations(without_powers(text), physical.length if physical else 1.0)
         except InvalidInput as error:
             refused = Refused(key, text if key == PASTE else "", str(error))
             self.visitor.change(lambda state: replace(state, refused=refused))
             return
-        self.edit(lambda draft, _: draft._replace(stations=sorted_rows(rows)))
+        self.edit(lambda draft, _: draft._replace(stations=sorted_rows(pasted.rows)))
+        left_out = f"; left out: {', '.join(pasted.left_out)}" if pasted.left_out else ""
+        self.page.say(f"{plural(len(pasted.rows), 'station')} read{left_out}")
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -304,7 +310,8 @@ def tables_content(case: Case, draft: Draft | None) -> Content:
     assert physical
     tables = draft or draft_of(physical)
     wrong = wrong_entries(tables) if draft else []
-    content = page.html("blade", panel(physical, tables, wrong))
+    in_space = case.options["plane"] == "both"
+    content = page.html("blade", panel(physical, tables, wrong, in_space))
     for name in TABLES:
         content |= page.value(f"blade.{name}", sent_text(getattr(tables, name)))
     content |= page.value("blade.root", root_kind(tables.root))
@@ -339,7 +346,7 @@ def root_kind(root: str) -> str:
     return "hinged" if root == "0" else "spring"
 
 
-def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
+def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong], in_space: bool) -> str:
     """The tables, the root, and buttons."""
     preset = next((one for one in PRESETS.values() if is_made_from(one, physical)), None)
     about = [text for text in (preset.source, preset.left_out) if text] if preset else []
@@ -354,7 +361,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
         spring = f'<div class="field">{label}{box}</div>'
     plane = page.button("in plane", data_set="plane", data_value="chordwise")
     plane += page.button("out of plane", data_set="plane", data_value="flapwise")
-    masses = table("masses", tables.masses, wrong) if tables.masses else ""
+    masses = table("masses", tables.masses, wrong, in_space) if tables.masses else ""
     return (
         '<details class="real" open><summary>Blade</summary>'
         f'<div class="choices">{BUTTONS}'
@@ -362,11 +369,11 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
         f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{''.join(f'<p>{escape(text)}</p>' for text in about)}"
         '<div id="blade-chart" class="chart" data-chart></div>'
-        f"{table('stations', tables.stations, wrong)}"
+        f"{table('stations', tables.stations, wrong, in_space)}"
         '<div id="blade-reasons" role="status"></div>'
         f"<p>{between} Mass of the blade: {si_text(float(whole), 'kg', 4)}.</p>"
         f'<div class="choices">{page.button("add a station", data_do="blade.stations.add")}'
-        '<label class="button" for="blade-file">open a CSV file</label>'
+        '<label class="button" for="blade-file">open a file</label>'
         '<input type="file" id="blade-file" class="hidden" data-do="blade.file"'
         f' accept=".csv,.tsv,.txt"></div>{PASTE_BOX}{masses}'
         f'<div class="choices">{page.button("add a mass", data_do="blade.masses.add")}</div>'
@@ -388,6 +395,13 @@ def numbers_content(beam: Beam) -> Content:
     text = (
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(beam.units.time, 's', 4)}</p>"
     )
+    if properties := beam.mass_properties:
+        mass, centre = si_text(properties.mass, "kg", 4), si_text(properties.centre, "m", 4)
+        inertia = si_text(properties.second_moment_about_axis, "kg m²", 4)
+        text += (
+            f"<p>mass {mass}, centre of mass {centre} from the root, moment of inertia about the"
+            f" axis of rotation {inertia}</p>"
+        )
     return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
 
 
@@ -422,21 +436,37 @@ def reasons_of(draft: Draft, case: Case) -> list[str]:
 HEADS = ", ".join(column.head for column in STATIONS)
 PASTE_BOX = (
     "<details><summary>Paste a table</summary>"
-    f'<label for="blade-paste">Columns: {HEADS}; the last one, out of the plane of rotation, may be'
-    " left out. With a line of names, as EI or mass_per_length, in any order.</label>"
+    f'<label for="blade-paste">Columns: {HEADS}; EA, flap EI and twist may be left out. With a'
+    " line of names, as EI or mass_per_length, in any order and unit. Or the whole text of a blade"
+    " file of ElastoDyn, BModes, HAWC2 or FLEX.</label>"
     f'<textarea id="blade-paste" data-set="{PASTE}" rows="4" spellcheck="false"></textarea>'
     "</details>"
 )
 
 
-def table(name: str, rows: Rows, wrong: list[Wrong]) -> str:
-    """A table of fields; the page fills them, and sends all of them when one changes."""
+def table(name: str, rows: Rows, wrong: list[Wrong], in_space: bool) -> str:
+    """A table of fields; the page fills them, and sends all of them when one changes. The twist is
+    shown where there is one, or the beam bends in both planes."""
     columns = TABLES[name]
     at = {(one.row, one.column) for one in wrong if one.table == name}
-    heads = "".join(f'<th scope="col">{head_html(column)}</th>' for column in columns)
+    hidden = {
+        k
+        for k, column in enumerate(columns)
+        if column.key == "twist" and not (in_space or any(row[k].strip() for row in rows))
+    }
+
+    def hiding(k: int) -> str:
+        return ' class="hidden"' if k in hidden else ""
+
+    heads = "".join(
+        f'<th scope="col"{hiding(k)}>{head_html(column)}</th>' for k, column in enumerate(columns)
+    )
     body = "".join(
         f"<tr><td>{remove_button(name, i)}</td>"
-        f"{''.join(cell(name, i, k, (i, k) in at) for k in range(len(columns)))}</tr>"
+        + "".join(
+            f"<td{hiding(k)}>{cell(name, i, k, (i, k) in at)}</td>" for k in range(len(columns))
+        )
+        + "</tr>"
         for i in range(len(rows))
     )
     own = page.attributes(aria_label=name, data_set=f"blade.{name}", data_paste=PASTE)
@@ -466,7 +496,7 @@ def cell(name: str, row: int, k: int, is_wrong: bool) -> str:
         aria_invalid=True if is_wrong else None,
         aria_describedby="blade-reasons" if is_wrong else None,
     )
-    return f"<td><input{own}></td>"
+    return f"<input{own}>"
 
 
 def remove_button(name: str, row: int) -> str:

@@ -254,12 +254,13 @@ const beamviz = (() => {
   }
 
   /**
-   * Several cells of a spreadsheet, pasted into one, replace the table.
+   * Several cells of a spreadsheet, pasted into one, replace the table; a text pasted into its box counts at once.
    * @param {ClipboardEvent} event
    */
   function onPaste(event) {
     const e = targetOf(event), table = e.closest?.("[data-paste]");
     const text = event.clipboardData?.getData("text") ?? "";
+    if (e.matches?.("textarea[data-set]")) setTimeout(() => e.dispatchEvent(new Event("change", { bubbles: true })));
     if (!table || !e.matches(".cell") || !/[\t\n]/.test(text.trim())) return;
     event.preventDefault();
     e.blur();

@@ -1,0 +1,114 @@
+"""Files of blades: the formats of the field, and CSV.
+
+A format is a record in FORMATS: how a file is recognised by its text, and how it is read. General
+readers of such files exist (weio, openfast-io); those that read blades of BModes, HAWC2 or FLEX
+bring a hundred megabytes of other libraries, so the few tables needed here are read here.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from beamviz.blade_files import bmodes, delimited, elastodyn, flex, hawc2
+from beamviz.blade_files.data import BladeData
+from beamviz.blade_files.table import Text
+from beamviz.checks import check_positive
+from beamviz.conversions import in_si
+from beamviz.errors import InvalidInput, LeftOut
+from beamviz.input_files import decoded, read_small
+
+__all__ = ["FORMATS", "BladeData", "Format", "Text", "delimited", "parse_blade", "read_blade_file"]
+
+
+MAX_BYTES = 2_000_000
+
+
+class Format(NamedTuple):
+    """A format of files."""
+
+    name: str
+    what: str  # it is recognised by
+    is_this: Callable[[Text], bool]
+    read: Callable[[Text], BladeData]
+
+
+FORMATS = (
+    Format(
+        *("ElastoDyn blade", "columns BlFract, BMassDen"),
+        *(elastodyn.is_blade, elastodyn.read_blade),
+    ),
+    Format(
+        *("BModes sections", "columns sec_loc, mass_den"),
+        *(bmodes.is_sections, bmodes.read_sections),
+    ),
+    Format("BModes", "entries romg, sec_props_file", bmodes.is_main, bmodes.read_main),
+    Format(
+        *("ElastoDyn", "entries TipRad, HubRad, BldFile(1)"),
+        *(elastodyn.is_main, elastodyn.read_main),
+    ),
+    Format("HAWC2 structure", "sets #1, $1", hawc2.is_structure, hawc2.read_structure),
+    Format("FLEX blade", "a count and rows of numbers", flex.is_blade, flex.read_blade),
+    Format("CSV", "a line of names of columns", delimited.is_table, delimited.read_stations),
+)
+
+
+def parse_blade(file: Text, chosen: str = "") -> BladeData:
+    """What the text of a file says. chosen: the name of a set, of a file that has several. Raises
+    InvalidInput for a text of no known format, with what was looked for."""
+    form = next((form for form in FORMATS if form.is_this(file)), None)
+    if form is None:
+        looked_for = "; ".join(f"{form.what} ({form.name})" for form in FORMATS)
+        raise InvalidInput(f"{file.name}: no file of a known format; looked for {looked_for}")
+    if not chosen:
+        return form.read(file)
+    if form.read is not hawc2.read_structure:
+        raise InvalidInput(f"{file.name}#{chosen}: a file of {form.name} has no sets")
+    return hawc2.read_structure(file, chosen)
+
+
+def read_blade_file(path: str | Path, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The keywords of `Beam.from_si` in a file of a blade, and in those that it names.
+
+    path: of the file; after # the name of a set, as in "blade_st.dat#1.2". given: keywords known
+    beside it, of which the length is needed where stations are fractions of it. Warns with LeftOut
+    of what the file has and the model leaves out. Raises InvalidInput with file, line and column.
+    """
+    path, chosen = Path(path), ""
+    if "#" in path.name and not path.exists():
+        name, _, chosen = path.name.rpartition("#")
+        path = path.with_name(name)
+    data = parse_blade(text_of(path), chosen)
+    values, left_out = dict(data.values), list(data.left_out)
+    if data.blade_file is not None:
+        sections = parse_blade(text_of(path.parent / data.blade_file))
+        left_out += sections.left_out
+        has_fractions = sections.has_fractions
+        for key, row in sections.values.items():
+            values[key] = tuple(data.factors.get(key, 1.0) * value for value in row)
+    else:
+        has_fractions = data.has_fractions
+    if has_fractions:
+        values["stations"] = from_fractions(path, values, given)
+    if left_out:
+        warnings.warn(f"{path}: the model leaves out {', '.join(left_out)}", LeftOut, stacklevel=4)
+    return values
+
+
+def text_of(path: Path) -> Text:
+    """The text of a file. Raises InvalidInput."""
+    return Text(str(path), decoded(read_small(path, MAX_BYTES), str(path), "CSV", MAX_BYTES))
+
+
+def from_fractions(
+    path: Path, values: Mapping[str, Any], given: Mapping[str, Any]
+) -> tuple[float, ...]:
+    """Stations [m] of those that are fractions of the length."""
+    length = values.get("length", given.get("length"))
+    if length is None:
+        raise InvalidInput(
+            f"{path}: its stations are fractions of the length: give length [m] beside it, as with"
+            f' a TOML file of stations_file = "{path.name}", length, hub_radius and rotation_rpm'
+        )
+    length = check_positive("length", in_si("length", length, "m"))
+    return tuple(length * fraction for fraction in values["stations"])
