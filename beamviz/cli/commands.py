@@ -65,6 +65,7 @@ MARGINS_HELP = (
     " as CSV."
 )
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
+SENSITIVITIES_HELP = "With the change of each frequency with each number of the beam."
 EXPORTS = {suffix[1:]: row.text for suffix, row in EXPORT_FORMATS.items()}
 EXPORT_HELP = "; ".join(f"{name}: {text}" for name, text in EXPORTS.items())
 EXPORT_HELP += (
@@ -106,6 +107,7 @@ def modes(
     beam: Beam,
     options: dict[str, Any],
     modes: MODES = Problem.modes,
+    sensitivities: Annotated[bool, option(SENSITIVITIES_HELP, "--sensitivities")] = False,
     format: Format = "table",
 ) -> None:
     """Equilibrium and modes of a beam."""
@@ -115,7 +117,7 @@ def modes(
     solution = solve(beam, modes=modes, **options)
     if solution.stats.seconds < REPEATED:  # most of which was the first import of libraries
         solution = solve(beam, modes=modes, **options)
-    print(SOLUTION_FORMATS[format](solution).rstrip("\n"))
+    print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("\n"))
 
 
 @app.command(epilog=example("loci --over gamma --start 0 --stop 20 --plot loci.svg"))

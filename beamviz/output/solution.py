@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import GreatestStress, Solution
@@ -14,7 +16,7 @@ EQUILIBRIUM_KEYS = (
 )
 
 
-def solution_json(solution: Solution) -> str:
+def solution_json(solution: Solution, with_sensitivities: bool = False) -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
     state = solution.equilibrium
     data = {
@@ -23,7 +25,7 @@ def solution_json(solution: Solution) -> str:
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS}
         | loads_in_si(solution)
         | stress_record(state.greatest_stress),
-        "modes": mode_records(solution),
+        "modes": mode_records(solution, with_sensitivities),
         "stats": solution.stats,
     }
     if units := solution.beam.units:
@@ -68,7 +70,7 @@ def described_stress(stress: GreatestStress) -> str:
     return f"{text}, {above} the yield stress of {stress.yield_stress / 1e6:.5g} MPa"
 
 
-def mode_records(solution: Solution) -> list[dict[str, Any]]:
+def mode_records(solution: Solution, with_sensitivities: bool = False) -> list[dict[str, Any]]:
     """Each mode under the keys of the JSON; growth rates, of either sign, where there is one."""
     values = solution.columns
     rows = zip(*map(plain, values.values()), strict=True)
@@ -76,14 +78,20 @@ def mode_records(solution: Solution) -> list[dict[str, Any]]:
     for record in records:
         if not (record["frequency"] is None or record["growth_rate"]):
             del record["growth_rate"]
+    for k, record in enumerate(records if with_sensitivities else ()):
+        rates = solution.sensitivities.items()
+        record["sensitivities"] = {number: plain(each[k]) for number, each in rates}
     return records
 
 
-def solution_csv(solution: Solution) -> str:
-    """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
-    records, keys = mode_records(solution), solution.columns
+def solution_csv(solution: Solution, with_sensitivities: bool = False) -> str:
+    """One line for each mode under the keys of the JSON; nodes are separated by spaces, and the
+    sensitivity to alpha is `d_alpha`."""
+    records, keys = mode_records(solution, with_sensitivities), [*solution.columns]
     for record in records:
         record["nodes"] = " ".join(map(repr, record["nodes"]))
+        record |= {f"d_{name}": rate for name, rate in record.get("sensitivities", {}).items()}
+    keys += [f"d_{name}" for name in solution.sensitivities] if with_sensitivities else []
     return csv_text(keys, ([record.get(key) for key in keys] for record in records))
 
 
@@ -102,14 +110,28 @@ def heading(solution: Solution) -> list[str]:
     return lines + ([described_stress(state.greatest_stress)] if state.greatest_stress else [])
 
 
-def solution_table(solution: Solution) -> str:
+def solution_table(solution: Solution, with_sensitivities: bool = False) -> str:
     """The beam, its equilibrium and its modes, to be read in a terminal."""
     stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
         f"{solution.problem.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])
+    lines = [*heading(solution), "", *aligned_table(modes), ""]
+    if with_sensitivities:
+        title = "Sensitivities: change of the frequency [1/T*] with each number"
+        lines += [title, "", *aligned_table(sensitivity_columns(solution)), ""]
+    return "\n".join([*lines, footer])
+
+
+def sensitivity_columns(solution: Solution) -> dict[str, Any]:
+    """The table of sensitivities as texts; those below the solver's rounding are 0."""
+    columns: dict[str, Any] = {"mode": solution.columns["index"], "label": solution.labels}
+    for name, rates in solution.sensitivities.items():
+        unit = " [1/deg]" if name in ("pitch", "twist") else ""
+        cells = ["-" if rate != rate else f"{rate:.5g}" for rate in np.round(rates, 9) + 0.0]
+        columns[f"{name}{unit}"] = cells
+    return columns
 
 
 def described_status(solution: Solution) -> str:
