@@ -20,7 +20,6 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.si import INEXTENSIBLE
 from beamviz.solver import solve_many
-from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution
 
 TOLERANCE = 1e-10  # of the solutions: a step of 1e-3 divides their errors by it
@@ -56,17 +55,16 @@ def sensitivities(solution: Solution) -> dict[str, NDArray]:
     differences = list(differences_of(solution))
     options = solution.problem.options
     options["tolerance"] = min(TOLERANCE, options["tolerance"])
-    extra = min(EXTRA_MODES, MAX_MODES)
+    known = np.isfinite(solution.frequencies) & (solution.s != 0)
     beams = [beam for each in differences for beam in each.beams]
-    answers = iter(solve_many(beams, extra_modes=extra, **options))
-    found = {}
+    answers = iter(solve_many(beams, extra_modes=EXTRA_MODES, **options))
+    by_number = {}
     for each in differences:
         squares = [paired_squares(solution, next(answers)) for _ in each.beams]
         derivative = np.tensordot(each.weights, squares, axes=1) / each.step  # of s^2, (modes,)
-        known = np.isfinite(solution.frequencies) & (solution.s != 0)
-        s = np.where(known, solution.s, np.nan)
-        found[each.number] = (derivative / (2 * s)).imag
-    return found
+        rates = by_number[each.number] = np.full(len(known), np.nan)
+        rates[known] = (derivative[known] / (2 * solution.s[known])).imag
+    return by_number
 
 
 def differences_of(solution: Solution) -> Iterator[Difference]:

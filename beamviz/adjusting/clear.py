@@ -1,0 +1,195 @@
+"""The beam nearest to a given one that has no frequency near a per-rev line in a range of speeds.
+
+The ratio r = omega / (k gamma) of the n-th frequency and the line k falls with the speed, as omega^2
+/ gamma^2 = K / gamma^2 + S does, so that over the range A .. B
+
+    margin = min over modes and lines of max(r(B) - 1, 1 - r(A)),
+
+positive where no mode meets a line. It is taken as the least and the greatest ratio at a few speeds
+and checked at many at the end. scipy's differential evolution, whose population is solved in one
+stack, minimises the distance from the given beam where the margin suffices, and else what is
+missing of it, so that without an answer it ends at the best margin that there is.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.adjusting.fit import at_bounds
+from beamviz.adjusting.free_numbers import BeamFamily
+from beamviz.adjusting.result import Adjusted, HeldMargin
+from beamviz.errors import InvalidInput, NoAnswer
+from beamviz.solver import solve_many
+from beamviz.solver.problem import MAX_MODES
+from beamviz.solver.solution import Solution
+
+SEED = 1
+SPEEDS, CHECKED_SPEEDS = (3, 9, 33), 65  # in turn, until the check at many confirms the answer
+SAMPLES = 256  # for each free number, from which the population starts
+POPULATION, GENERATIONS = 12, 60  # for each free number; the search ends sooner where it converges
+LACK = 10.0  # added to a lack of margin: more than every distance
+NO_BEAM = -10.0  # margin of a beam without a stable equilibrium
+ROUNDING = 1e-6  # of a margin
+MORE_MODES = 2  # beyond those that reach the highest line for the given beam
+
+
+class ClearGoal(NamedTuple):
+    """Per-rev lines, the range of gamma, in 1/T* of the given beam, and the least margin."""
+
+    lines: tuple[int, ...]
+    low: float
+    high: float
+    margin: float
+
+
+@dataclass
+class ClearSearch:
+    """The beams whose margins are compared."""
+
+    family: BeamFamily
+    goal: ClearGoal
+    options: dict[str, Any]
+    speeds: NDArray  # (speeds,) of the given beam
+    solves: int = 0
+
+    def held_margins(self, places: Sequence[NDArray]) -> list[HeldMargin]:
+        """The least margin of the beam at each place u (free,)."""
+        beams, where = [], []
+        outcomes: list[list[Solution | None]] = [[None] * len(self.speeds) for _ in places]
+        for k, u in enumerate(places):
+            for j, speed in enumerate(self.speeds.tolist()):
+                try:
+                    beams.append(self.family.at(u, speed))
+                except InvalidInput:  # as too high a speed for mu
+                    continue
+                where.append((k, j))
+        self.solves += len(beams)
+        for (k, j), answer in zip(where, solve_many(beams, **self.options), strict=True):
+            outcomes[k][j] = answer if isinstance(answer, Solution) else None
+        return [self.held_margin(u, each) for u, each in zip(places, outcomes, strict=True)]
+
+    def held_margin(self, u: NDArray, outcomes: Sequence[Solution | None]) -> HeldMargin:
+        """The least margin of the solutions of a beam at the speeds."""
+        for speed, each in zip(self.speeds.tolist(), outcomes, strict=True):
+            if each is None or not each.equilibrium.stable:
+                return HeldMargin(-math.inf, "", 0, speed, math.nan)
+        solutions = [each for each in outcomes if each is not None]
+        frequencies = np.array([each.frequencies for each in solutions])  # (speeds, modes)
+        frequencies /= self.family.time_ratio(u)
+        lines = np.array(self.goal.lines)[:, None, None] * self.speeds[:, None]
+        ratio = frequencies / lines  # (lines, speeds, modes)
+        margins = np.maximum(ratio.min(axis=1) - 1, 1 - ratio.max(axis=1))  # (lines, modes)
+        line, mode = np.unravel_index(int(margins.argmin()), margins.shape)
+        above = ratio[line, :, mode].min() - 1 >= 1 - ratio[line, :, mode].max()
+        place = int((ratio.argmin if above else ratio.argmax)(axis=1)[line, mode])
+        return HeldMargin(
+            float(margins[line, mode]),
+            solutions[place].labels[mode],
+            self.goal.lines[line],
+            float(self.speeds[place]),
+            float(frequencies[place, mode]),
+        )
+
+    def costs(self, places: NDArray) -> NDArray:
+        """The distance (k,) of each place (free, k) from the given beam where the margin suffices,
+        else LACK and what is missing of it."""
+        margins = np.array([held.margin for held in self.held_margins(places.T)])
+        lack = self.goal.margin - np.maximum(margins, NO_BEAM)
+        return np.where(lack > ROUNDING / 10, LACK + lack, self.distances(places.T))
+
+    def distances(self, places: NDArray) -> NDArray:
+        """The distances (k,) in u of places (k, free) from the given beam."""
+        return np.linalg.norm(places - self.family.start, axis=1) / math.sqrt(places.shape[1])
+
+    def best(self) -> NDArray:
+        """The place (free,) of least cost."""
+        from scipy.optimize import differential_evolution
+        from scipy.stats import qmc
+
+        count = len(self.family.free)
+        # Of a Sobol sequence, with the given beam and those near it.
+        sample = qmc.Sobol(count, seed=SEED).random(SAMPLES * count)
+        start = self.family.start
+        if self.costs(start[:, None])[0] < LACK:
+            return start
+        sample = np.vstack((start, sample))
+        ranked = sample[np.argsort(self.costs(sample.T), kind="stable")]
+        result = differential_evolution(
+            self.costs,
+            [(0.0, 1.0)] * count,
+            init=ranked[: POPULATION * count],
+            maxiter=GENERATIONS,
+            tol=1e-4,
+            atol=1e-6,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            rng=np.random.default_rng(SEED),
+        )
+        return result.x
+
+
+def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adjusted:
+    """The nearest beam that keeps the margin. Raises NoAnswer, with the best margin and what holds
+    it, where there is none."""
+    for free in family.free:
+        if free.number == "gamma":
+            raise InvalidInput(f"free {free.name}: `between` gives the range of the speed")
+    solved = dict(options)
+    solved.setdefault("modes", modes_below_lines(family, goal, options))
+    solves, checked = 0, np.linspace(goal.low, goal.high, CHECKED_SPEEDS)
+    for count in SPEEDS:
+        search = ClearSearch(family, goal, solved, np.linspace(goal.low, goal.high, count))
+        u = search.best()
+        check = ClearSearch(family, goal, solved, checked)
+        (held,) = check.held_margins([u])
+        solves += search.solves + check.solves
+        if held.margin >= goal.margin - ROUNDING:
+            break
+        (coarse,) = search.held_margins([u])
+        if coarse.margin < goal.margin - ROUNDING:  # nor is there one at these few speeds
+            break
+    free = family.free
+    answer = Adjusted(
+        beam=family.at(u),
+        goal="clear",
+        free=family.values(u),
+        bounds={each.name: (each.low * each.unit, each.high * each.unit) for each in free},
+        options=options,
+        errors={},
+        correlations=np.full((len(free), len(free)), np.nan),
+        at_bounds=at_bounds(family, u),
+        held=held,
+        solves=solves,
+    )
+    if held.margin < goal.margin - ROUNDING:
+        raise NoAnswer(no_answer_text(answer, held, goal), answer)
+    return answer
+
+
+def no_answer_text(answer: Adjusted, held: HeldMargin, goal: ClearGoal) -> str:
+    """The message where no beam keeps the margin."""
+    if not math.isfinite(held.margin):
+        return f"no beam in the bounds has a stable equilibrium up to gamma = {goal.high:g}"
+    values = ", ".join(f"{name} = {value:.5g}" for name, value in answer.free.items())
+    text = f"no beam in the bounds keeps a margin of {100 * goal.margin:g} %: the best, at {values},"
+    mode = f"{held.mode} and the line {held.per_rev} per revolution at gamma = {held.speed:.5g}"
+    if held.margin < 0:
+        return f"{text} has a resonance of {mode}"
+    return f"{text} has {100 * held.margin:.3g} %, held by {mode}"
+
+
+def modes_below_lines(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> int:
+    """The number of modes of the given beam below the highest line and its margin at the highest
+    speed, and a few more."""
+    beam = family.at(family.start, goal.high)
+    highest = max(goal.lines) * goal.high * (1 + goal.margin) * family.time_ratio(family.start)
+    (answer,) = solve_many([beam], **{**options, "modes": MAX_MODES - MORE_MODES})
+    if not isinstance(answer, Solution):
+        return 5
+    below = int((np.nan_to_num(answer.frequencies) < highest).sum())
+    return min(MAX_MODES, below + MORE_MODES)
