@@ -29,7 +29,7 @@ from beamviz.solver.solution import Solution
 
 SEED = 1
 SPEEDS, CHECKED_SPEEDS = (3, 9, 33), 65  # in turn, until the check at many confirms the answer
-SAMPLES = 256  # for each free number, from which the population starts
+SAMPLES = 8  # powers of 2 of places for a free number, from which the population starts
 POPULATION, GENERATIONS = 12, 60  # for each free number; the search ends sooner where it converges
 LACK = 10.0  # added to a lack of margin: more than every distance
 NO_BEAM = -10.0  # margin of a beam without a stable equilibrium
@@ -111,12 +111,11 @@ class ClearSearch:
         from scipy.stats import qmc
 
         count = len(self.family.free)
-        # Of a Sobol sequence, with the given beam and those near it.
-        sample = qmc.Sobol(count, seed=SEED).random(SAMPLES * count)
         start = self.family.start
         if self.costs(start[:, None])[0] < LACK:
             return start
-        sample = np.vstack((start, sample))
+        places = qmc.Sobol(count, seed=SEED).random_base2(SAMPLES + math.ceil(math.log2(count)))
+        sample = np.vstack((start, places))
         ranked = sample[np.argsort(self.costs(sample.T), kind="stable")]
         result = differential_evolution(
             self.costs,
@@ -160,6 +159,7 @@ def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adj
         free=family.values(u),
         bounds={each.name: (each.low * each.unit, each.high * each.unit) for each in free},
         options=options,
+        units=family.beam.units,
         errors={},
         correlations=np.full((len(free), len(free)), np.nan),
         at_bounds=at_bounds(family, u),

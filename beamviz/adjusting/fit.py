@@ -256,6 +256,7 @@ def described(
         free=family.values(best.u),
         bounds={each.name: (each.low * each.unit, each.high * each.unit) for each in free},
         options=options,
+        units=family.beam.units,
         errors=errors,
         correlations=correlations,
         matches=matches,

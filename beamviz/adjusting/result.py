@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.solver import solve
+from beamviz.units import Units
 
 
 class Match(NamedTuple):
@@ -46,6 +47,7 @@ class Adjusted:
     free: dict[str, float]  # the free numbers, in the units of their names
     bounds: dict[str, tuple[float, float]]
     options: dict[str, Any]  # of `solve`
+    units: Units | None  # of the given beam, in which frequencies and speeds are
     errors: dict[str, float]  # a standard deviation each, inf where the data do not determine it
     correlations: NDArray  # (free, free) of the free numbers, nan where not determined
     matches: tuple[Match, ...] = ()

@@ -12,6 +12,7 @@ import typer
 
 from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
+from beamviz.cli.adjust import adjust
 from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,
@@ -191,6 +192,11 @@ def loci(
 
 
 app.command(epilog=example("motion --until 10 --release 1 --damping 0.01"))(takes_beam(motion))
+
+
+app.command(epilog=example("adjust --free alpha --free beta=0.2:1 --target B1=3 --target B2=20"))(
+    takes_beam(adjust)
+)
 
 
 @app.command(epilog=example("sweep map.zarr --over gamma=0:20:101 --over alpha=0,0.5,1"))
