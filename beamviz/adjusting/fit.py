@@ -27,7 +27,7 @@ SEED = 1
 STEP = 1e-4  # in u, of the central differences of the Jacobian
 TOLERANCE = 1e-9  # of the solutions: a step divides their errors by it
 ASSIGNMENTS = 6  # repeated until they do not change
-ABSENT = 3.0  # times the measured frequency: that of a mode which the beam does not have
+ABSENT = 100.0  # times the measured frequency: that of a mode which the beam does not have
 SINGULAR = 1e-6  # of the singular values of the Jacobian, relative to the greatest
 SHARE = 0.1  # of a singular direction, from which it leaves a number undetermined
 DISTINCT = 0.02  # distance in u of two fits
@@ -150,7 +150,7 @@ class FrequencyFit:
                 ftol=1e-12,
                 max_nfev=60,
             )
-            u, before = np.clip(result.x, 0.0, 1.0), labels
+            u, before = at_near_bounds(result.x), labels
             labels = self.assigned(self.labelled_frequencies([u])[0])
             if labels == before:
                 break
@@ -171,6 +171,11 @@ class FrequencyFit:
         """The minima reached from the starts, the best first."""
         fits = [self.local_fit(start) for start in self.starts()]
         return sorted(fits, key=lambda fit: fit.chi_squared)
+
+
+def at_near_bounds(u: NDArray) -> NDArray:
+    """The place (free,), at a bound where it is near: the method stays inside of them."""
+    return np.where(u < AT_BOUND, 0.0, np.where(u > 1 - AT_BOUND, 1.0, u))
 
 
 def modes_needed(rows: Sequence[MeasuredFrequency], in_space: bool) -> int:

@@ -54,21 +54,29 @@ def adjusted_table(answer: Adjusted) -> str:
     lines = ["Beam         " + described_numbers(beam)]
     if units := beam.units:
         lines.append(described_units(beam, units))
-    lines += [f"Goal         {GOALS[answer.goal]}", "", *aligned_table(free_columns(answer)), ""]
-    if answer.undetermined:
-        names = ", ".join(answer.undetermined)
-        lines.append(f"The data do not determine {names}: other values fit as well.")
-    for values in answer.alternatives:
-        texts = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-        lines.append(f"Another fit that is as good: {texts}")
-    if held := answer.held:
-        lines.append(
-            f"Least margin {100 * held.margin:.4g} %: {held.mode} and {held.per_rev} per revolution"
-            f" at gamma = {held.speed:.5g}"
-        )
+    lines += [f"Goal         {GOALS[answer.goal]}", "", *aligned_table(free_columns(answer))]
+    if remarks := remarks_on(answer):
+        lines += ["", *remarks]
     if answer.matches:
         lines += ["", *aligned_table(match_columns(answer))]
     return "\n".join(lines)
+
+
+def remarks_on(answer: Adjusted) -> list[str]:
+    """What is not determined, the other answers, and the least margin, in words."""
+    remarks = []
+    if answer.undetermined:
+        names = ", ".join(answer.undetermined)
+        remarks.append(f"The data do not determine {names}: other values fit as well.")
+    for values in answer.alternatives:
+        texts = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+        remarks.append(f"Another fit that is as good: {texts}")
+    if held := answer.held:
+        remarks.append(
+            f"Least margin {100 * held.margin:.4g} %: {held.mode} and {held.per_rev} per revolution"
+            f" at gamma = {held.speed:.5g}"
+        )
+    return remarks
 
 
 def free_columns(answer: Adjusted) -> dict[str, list[str]]:
