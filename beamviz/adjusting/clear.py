@@ -176,7 +176,9 @@ def no_answer_text(answer: Adjusted, held: HeldMargin, goal: ClearGoal) -> str:
     if not math.isfinite(held.margin):
         return f"no beam in the bounds has a stable equilibrium up to gamma = {goal.high:g}"
     values = ", ".join(f"{name} = {value:.5g}" for name, value in answer.free.items())
-    text = f"no beam in the bounds keeps a margin of {100 * goal.margin:g} %: the best, at {values},"
+    text = (
+        f"no beam in the bounds keeps a margin of {100 * goal.margin:g} %: the best, at {values},"
+    )
     mode = f"{held.mode} and the line {held.per_rev} per revolution at gamma = {held.speed:.5g}"
     if held.margin < 0:
         return f"{text} has a resonance of {mode}"

@@ -104,9 +104,7 @@ class BeamFamily(NamedTuple):
         return math.sqrt(values.get("mass_factor", 1.0) / values.get("bending_factor", 1.0))
 
 
-def multiplied(
-    beam: Beam, bending_factor: float, axial_factor: float, mass_factor: float
-) -> Beam:
+def multiplied(beam: Beam, bending_factor: float, axial_factor: float, mass_factor: float) -> Beam:
     """The beam with factors on E I, in both planes, E A and rho A, and the same speed, size and
     bodies in SI."""
     time = math.sqrt(mass_factor / bending_factor)

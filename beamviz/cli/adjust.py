@@ -62,9 +62,7 @@ def parse_share(text: Any) -> float:
 def adjust(
     beam: Beam,
     options: dict[str, Any],
-    free: Annotated[
-        list[Any], option(FREE_HELP, parser=parse_free, metavar="NAME|NAME=LOW:HIGH")
-    ],
+    free: Annotated[list[Any], option(FREE_HELP, parser=parse_free, metavar="NAME|NAME=LOW:HIGH")],
     measured: Annotated[Path | None, option(MEASURED_HELP, metavar="FILE.csv")] = None,
     target: Annotated[
         list[Any] | None,
@@ -82,9 +80,7 @@ def adjust(
     ] = "",
     margin: Annotated[
         Any,
-        option(
-            "With --clear: least distance from a line.", parser=parse_share, metavar="SHARE|N%"
-        ),
+        option("With --clear: least distance from a line.", parser=parse_share, metavar="SHARE|N%"),
     ] = 0.1,
     modes: Annotated[int | None, number(MODES_HELP)] = None,
     format: Annotated[Literal["table", "json"], option("Output format.")] = "table",

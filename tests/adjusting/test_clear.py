@@ -54,7 +54,9 @@ def test_the_nearest_clear_beam_is_that_of_a_map(free, lines, between, margin):
     """No beam of a grid that keeps the margin is nearer; where none does, none has a larger one."""
     beam = Beam(alpha=1, beta=0.7, delta=0.5)
     axes = np.meshgrid(*(np.linspace(*BOUNDS[name], POINTS) for name in free))
-    points = [dict(zip(free, each, strict=True)) for each in np.stack(axes, -1).reshape(-1, len(free))]
+    points = [
+        dict(zip(free, each, strict=True)) for each in np.stack(axes, -1).reshape(-1, len(free))
+    ]
     of_grid = margins(beam, points, np.linspace(*between, 3), lines)
     bounds = {name: BOUNDS[name] for name in free}
     keywords = {"clear": lines, "between": between, "margin": margin}
