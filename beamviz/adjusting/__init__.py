@@ -78,7 +78,7 @@ def adjust(
 
 def per_rev_lines(clear: Iterable[int] | int) -> tuple[int, ...]:
     """The multiples of the speed. Raises InvalidInput."""
-    lines = clear if isinstance(clear, Iterable) and not isinstance(clear, str) else (clear,)
+    lines = clear if isinstance(clear, Iterable) else (clear,)
     checked = tuple(sorted({check_int("clear", line, 1, MAX_PER_REV) for line in lines}))
     if not checked:
         raise InvalidInput("clear: must be multiples of the speed, as (1, 2, 3)")

@@ -1,7 +1,7 @@
 """The beam nearest to a given one that has no frequency near a per-rev line in a range of speeds.
 
-The ratio r = omega / (k gamma) of the n-th frequency and the line k falls with the speed, as omega^2
-/ gamma^2 = K / gamma^2 + S does, so that over the range A .. B
+The ratio r = omega / (k gamma) of the n-th frequency and the line k falls with the speed, as
+omega^2 / gamma^2 = K / gamma^2 + S does, so that over the range A .. B
 
     margin = min over modes and lines of max(r(B) - 1, 1 - r(A)),
 
@@ -97,7 +97,7 @@ class ClearSearch:
     def costs(self, places: NDArray) -> NDArray:
         """The distance (k,) of each place (free, k) from the given beam where the margin suffices,
         else LACK and what is missing of it."""
-        margins = np.array([held.margin for held in self.held_margins(places.T)])
+        margins = np.array([held.margin for held in self.held_margins([*places.T])])
         lack = self.goal.margin - np.maximum(margins, NO_BEAM)
         return np.where(lack > ROUNDING / 10, LACK + lack, self.distances(places.T))
 
@@ -135,9 +135,10 @@ class ClearSearch:
 def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adjusted:
     """The nearest beam that keeps the margin. Raises NoAnswer, with the best margin and what holds
     it, where there is none."""
-    for free in family.free:
-        if free.number == "gamma":
-            raise InvalidInput(f"free {free.name}: `between` gives the range of the speed")
+    free = family.free
+    for each in free:
+        if each.number == "gamma":
+            raise InvalidInput(f"free {each.name}: `between` gives the range of the speed")
     solved = dict(options)
     solved.setdefault("modes", modes_below_lines(family, goal, options))
     solves, checked = 0, np.linspace(goal.low, goal.high, CHECKED_SPEEDS)
@@ -152,7 +153,6 @@ def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adj
         (coarse,) = search.held_margins([u])
         if coarse.margin < goal.margin - ROUNDING:  # nor is there one at these few speeds
             break
-    free = family.free
     answer = Adjusted(
         beam=family.at(u),
         goal="clear",

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS, Beam
+from beamviz.blade import Mass
 from beamviz.checks import check_float
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.units import BY_NAME, parse_over
@@ -112,13 +113,14 @@ def multiplied(beam: Beam, bending_factor: float, axial_factor: float, mass_fact
     if units is not None:
         mass = None if units.mass is None else units.mass * mass_factor
         units = replace(units, time=units.time * time, mass=mass)
-    masses = (
-        replace(
-            body,
-            alpha=body.alpha / mass_factor,
-            inertia=tuple(J / mass_factor for J in body.inertia),
+    masses = tuple(
+        Mass(
+            body.alpha / mass_factor,
+            body.beta,
+            (Jx / mass_factor, Jy / mass_factor, Jz / mass_factor),
         )
         for body in beam.masses
+        for Jx, Jy, Jz in [body.inertia]
     )
     low, high = NUMBERS["mu"].limits
     mu = beam.mu * math.sqrt(axial_factor / bending_factor)
@@ -128,7 +130,7 @@ def multiplied(beam: Beam, bending_factor: float, axial_factor: float, mass_fact
         spin_up=beam.spin_up * time**2,
         mu=beam.mu if beam.mu == high else min(max(mu, low), high),
         root=beam.root / bending_factor,
-        masses=tuple(masses),
+        masses=masses,
         units=units,
     )
 

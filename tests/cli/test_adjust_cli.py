@@ -8,7 +8,7 @@ from helpers import strict
 
 from beamviz import Beam, adjust, solve
 
-CLEAR = "adjust --alpha 1 --free beta --clear 1,2 --between 1.5:3".split()
+CLEAR = ["adjust", "--alpha", "1", "--free", "beta", "--clear", "1,2", "--between", "1.5:3"]
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def measured(tmp_path):
 
 def test_sensitivities(run):
     """The same in the table, JSON and CSV."""
-    arguments = "modes --alpha 1 --gamma 3 --modes 2 --sensitivities".split()
+    arguments = ["modes", "--alpha", "1", "--gamma", "3", "--modes", "2", "--sensitivities"]
     rates = solve(Beam(alpha=1, gamma=3), 2).sensitivities
     code, out, err = run(*arguments)
     assert (code, err) == (0, "")
@@ -79,7 +79,7 @@ def test_clear(run):
 
 
 def test_units_on_the_command_line(run):
-    arguments = "adjust --si assets/beam.toml --free kg=0.1:5 --clear 1,2".split()
+    arguments = ["adjust", "--si", "assets/beam.toml", "--free", "kg=0.1:5", "--clear", "1,2"]
     code, out, _ = run(*arguments, "--between", "200rpm:300rpm", "--margin", "0.05")
     assert code == 0
     assert "kg" in out
