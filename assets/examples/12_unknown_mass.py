@@ -49,7 +49,7 @@ def main(picture=PICTURE):
     axes.plot(answer.free["beta:mm"], answer.free["kg"], "ko", label="all five")
     axes.plot(other["beta:mm"], other["kg"], "kx", label="the first two, too")
     axes.set(xlabel="place [mm]", ylabel="mass [kg]", title="each frequency leaves a curve")
-    axes.legend(frameon=False)
+    axes.legend(loc="upper right", framealpha=1)
     axes.figure.savefig(picture, dpi=100)
     plt.close(axes.figure)
     return {

@@ -27,7 +27,7 @@ from beamviz.solver import solve_many
 from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution
 
-SEED = 1
+SEARCHES, GAIN = 4, 1e-3  # at most, and the gain of cost below which they end
 SPEEDS, CHECKED_SPEEDS = (3, 9, 33), 65  # in turn, until the check at many confirms the answer
 SAMPLES = 8  # powers of 2 of places for a free number, from which the population starts
 POPULATION, GENERATIONS = 12, 60  # for each free number; the search ends sooner where it converges
@@ -106,20 +106,33 @@ class ClearSearch:
         return np.linalg.norm(places - self.family.start, axis=1) / math.sqrt(places.shape[1])
 
     def best(self) -> NDArray:
-        """The place (free,) of least cost."""
+        """The place (free,) of least cost. Each search but the first is in the box around the given
+        beam that may have a nearer answer, which it samples more densely."""
+        start = self.family.start
+        best, least = start, float(self.costs(start[:, None])[0])
+        for seed in range(SEARCHES if least > 0 else 0):
+            radius = min(least, 1.0) * math.sqrt(len(start))
+            box = np.clip([start - radius, start + radius], 0.0, 1.0)
+            place = self.best_in(box, best, seed)
+            cost = float(self.costs(place[:, None])[0])
+            gain, best, least = least - cost, place, cost
+            if seed and gain < GAIN:
+                break
+        return best
+
+    def best_in(self, box: NDArray, known: NDArray, seed: int) -> NDArray:
+        """The place (free,) of least cost in a box (2, free). known: a place in it."""
         from scipy.optimize import differential_evolution
         from scipy.stats import qmc
 
-        count = len(self.family.free)
-        start = self.family.start
-        if self.costs(start[:, None])[0] < LACK:
-            return start
-        places = qmc.Sobol(count, seed=SEED).random_base2(SAMPLES + math.ceil(math.log2(count)))
-        sample = np.vstack((start, places))
+        low, high = box
+        count = len(low)
+        sobol = qmc.Sobol(count, seed=seed).random_base2(SAMPLES + math.ceil(math.log2(count)))
+        sample = np.vstack((known, low + (high - low) * sobol))
         ranked = sample[np.argsort(self.costs(sample.T), kind="stable")]
         result = differential_evolution(
             self.costs,
-            [(0.0, 1.0)] * count,
+            [*zip(low, high, strict=True)],
             init=ranked[: POPULATION * count],
             maxiter=GENERATIONS,
             tol=1e-4,
@@ -127,7 +140,7 @@ class ClearSearch:
             polish=False,
             vectorized=True,
             updating="deferred",
-            rng=np.random.default_rng(SEED),
+            rng=np.random.default_rng(seed),
         )
         return result.x
 
