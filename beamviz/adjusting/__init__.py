@@ -43,8 +43,8 @@ def adjust(
     targets: frequencies by mode, as {"B1": 3.6} or {"B1": "4.2 Hz"}.
     clear: multiples k of the speed; between: the range of gamma, or of texts as "200rpm"; the
     answer is the beam nearest to the given one (in the scale of the bounds) whose frequencies keep
-    |omega - k gamma| >= margin k gamma in that range. Options have the modes that count: by default
-    all that lie below the highest line, and two more, at most 20.
+    |omega - k gamma| >= margin k gamma in that range. `modes` among the options: the number of
+    the lowest that count, by default all up to the highest line, at most 20.
     options: as for `solve`.
 
     Searches are seeded: the same call has the same answer.

@@ -152,20 +152,7 @@ def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adj
     for each in free:
         if each.number == "gamma":
             raise InvalidInput(f"free {each.name}: `between` gives the range of the speed")
-    solved = dict(options)
-    solved.setdefault("modes", modes_below_lines(family, goal, options))
-    solves, checked = 0, np.linspace(goal.low, goal.high, CHECKED_SPEEDS)
-    for count in SPEEDS:
-        search = ClearSearch(family, goal, solved, np.linspace(goal.low, goal.high, count))
-        u = search.best()
-        check = ClearSearch(family, goal, solved, checked)
-        (held,) = check.held_margins([u])
-        solves += search.solves + check.solves
-        if held.margin >= goal.margin - ROUNDING:
-            break
-        (coarse,) = search.held_margins([u])
-        if coarse.margin < goal.margin - ROUNDING:  # nor is there one at these few speeds
-            break
+    u, held, solves = searched_with_enough_modes(family, goal, options)
     answer = Adjusted(
         beam=family.at(u),
         goal="clear",
@@ -184,6 +171,41 @@ def cleared(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> Adj
     return answer
 
 
+def searched_with_enough_modes(
+    family: BeamFamily, goal: ClearGoal, options: dict[str, Any]
+) -> tuple[NDArray, HeldMargin, int]:
+    """`searched` with the modes asked for, else with all that reach the highest line: the answer
+    may have more of them than the given beam."""
+    if "modes" in options:
+        return searched(family, goal, options)
+    modes, solves = min(MAX_MODES, modes_below(family, family.start, goal, options) + MORE_MODES), 0
+    while True:
+        u, held, more = searched(family, goal, {**options, "modes": modes})
+        solves += more
+        needed = min(MAX_MODES, modes_below(family, u, goal, options) + 1)
+        if needed <= modes:
+            return u, held, solves
+        modes = needed
+
+
+def searched(
+    family: BeamFamily, goal: ClearGoal, options: dict[str, Any]
+) -> tuple[NDArray, HeldMargin, int]:
+    """The place (free,) of the nearest beam that keeps the margin, or of the best margin, its
+    margin at many speeds, and the number of solves."""
+    solves, checked = 0, np.linspace(goal.low, goal.high, CHECKED_SPEEDS)
+    for count in SPEEDS:
+        search = ClearSearch(family, goal, options, np.linspace(goal.low, goal.high, count))
+        u = search.best()
+        check = ClearSearch(family, goal, options, checked)
+        (held,) = check.held_margins([u])
+        (coarse,) = search.held_margins([u])
+        solves += search.solves + check.solves
+        if held.margin >= goal.margin - ROUNDING or coarse.margin < goal.margin - ROUNDING:
+            break  # it keeps the margin, or none does at these few speeds already
+    return u, held, solves
+
+
 def no_answer_text(answer: Adjusted, held: HeldMargin, goal: ClearGoal) -> str:
     """The message where no beam keeps the margin."""
     if not math.isfinite(held.margin):
@@ -198,13 +220,15 @@ def no_answer_text(answer: Adjusted, held: HeldMargin, goal: ClearGoal) -> str:
     return f"{text} has {100 * held.margin:.3g} %, held by {mode}"
 
 
-def modes_below_lines(family: BeamFamily, goal: ClearGoal, options: dict[str, Any]) -> int:
-    """The number of modes of the given beam below the highest line and its margin at the highest
-    speed, and a few more."""
-    beam = family.at(family.start, goal.high)
-    highest = max(goal.lines) * goal.high * (1 + goal.margin) * family.time_ratio(family.start)
-    (answer,) = solve_many([beam], **{**options, "modes": MAX_MODES - MORE_MODES})
+def modes_below(family: BeamFamily, u: NDArray, goal: ClearGoal, options: dict[str, Any]) -> int:
+    """The number of modes of the beam at u (free,) below the highest line and its margin at the
+    highest speed; 3 without a solution."""
+    highest = max(goal.lines) * goal.high * (1 + goal.margin) * family.time_ratio(u)
+    try:
+        beam = family.at(u, goal.high)
+    except InvalidInput:
+        return 3
+    (answer,) = solve_many([beam], **{**options, "modes": MAX_MODES})
     if not isinstance(answer, Solution):
-        return 5
-    below = int((np.nan_to_num(answer.frequencies) < highest).sum())
-    return min(MAX_MODES, below + MORE_MODES)
+        return 3
+    return int((np.nan_to_num(answer.frequencies) < highest).sum())

@@ -194,6 +194,7 @@ def fitted(
     for free in family.free:
         if free.number in fixed:
             raise InvalidInput(f"free {free.name}: the measured data give its values")
+    check_labels(rows, options.get("plane") == "both")
     solved = {**options, "tolerance": min(TOLERANCE, options.get("tolerance", 1.0))}
     needed = modes_needed(rows, options.get("plane") == "both")
     solved.setdefault("modes", needed)
@@ -216,6 +217,15 @@ def fitted(
             answer,
         )
     return answer
+
+
+def check_labels(rows: Sequence[MeasuredFrequency], in_space: bool) -> None:
+    """InvalidInput for a label that modes in one plane, or in both, do not have."""
+    kinds = "FLS" if in_space else "BS"
+    for row in rows:
+        if row.mode and row.mode[0] not in kinds:
+            planes = "both planes are F, L and S" if in_space else "one plane are B and S"
+            raise InvalidInput(f"mode {row.mode}: the labels of modes in {planes}")
 
 
 def is_met(fit: FrequencyFit, local: LocalFit) -> bool:

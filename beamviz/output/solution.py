@@ -3,12 +3,14 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
+from beamviz.units import BY_NAME, usual_measure
 
 EQUILIBRIUM_KEYS = (
     *("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"),
@@ -81,7 +83,21 @@ def mode_records(solution: Solution, with_sensitivities: bool = False) -> list[d
     for k, record in enumerate(records if with_sensitivities else ()):
         rates = solution.sensitivities.items()
         record["sensitivities"] = {number: plain(each[k]) for number, each in rates}
+        if in_si := sensitivities_in_si(solution):
+            record["sensitivities_hertz"] = {name: plain(each[k]) for name, each in in_si.items()}
     return records
+
+
+def sensitivities_in_si(solution: Solution) -> dict[str, NDArray]:
+    """The change (modes,) of each frequency [Hz] with each number that has a unit, by its name in
+    this, as "kg" or "beta:mm"; {} of a beam whose size is not known."""
+    units, in_si = solution.beam.units, {}
+    for number, rates in solution.sensitivities.items() if units else ():
+        if measure := usual_measure(number, units):
+            unit = measure.scale.unit
+            name = unit if unit in BY_NAME else f"{number}:{unit}"
+            in_si[name] = units.hertz(rates) / measure.factor
+    return in_si
 
 
 def solution_csv(solution: Solution, with_sensitivities: bool = False) -> str:
@@ -120,14 +136,18 @@ def solution_table(solution: Solution, with_sensitivities: bool = False) -> str:
     lines = [*heading(solution), "", *aligned_table(modes), ""]
     if with_sensitivities:
         title = "Sensitivities: change of the frequency [1/T*] with each number"
-        lines += [title, "", *aligned_table(sensitivity_columns(solution)), ""]
+        rates = sensitivity_columns(solution, solution.sensitivities)
+        lines += [title, "", *aligned_table(rates), ""]
+        if in_si := sensitivities_in_si(solution):
+            title = "Sensitivities: change of the frequency [Hz] with each number in its unit"
+            lines += [title, "", *aligned_table(sensitivity_columns(solution, in_si)), ""]
     return "\n".join([*lines, footer])
 
 
-def sensitivity_columns(solution: Solution) -> dict[str, Any]:
-    """The table of sensitivities as texts; those below the solver's rounding are 0."""
+def sensitivity_columns(solution: Solution, by_name: dict[str, NDArray]) -> dict[str, Any]:
+    """A table of sensitivities as texts; those below the solver's rounding are 0."""
     columns: dict[str, Any] = {"mode": solution.columns["index"], "label": solution.labels}
-    for name, rates in solution.sensitivities.items():
+    for name, rates in by_name.items():
         unit = " [1/deg]" if name in ("pitch", "twist") else ""
         cells = ["-" if rate != rate else f"{rate:.5g}" for rate in np.round(rates, 9) + 0.0]
         columns[f"{name}{unit}"] = cells

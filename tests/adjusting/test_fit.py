@@ -156,6 +156,8 @@ def test_the_same_call_has_the_same_answer():
         (["beta"], {}, "no goal"),
         (["beta"], {"targets": {"B1": 3}, "clear": 1}, "give one of"),
         (["beta"], {"targets": {"B": 3}}, "must be a label"),
+        (["beta"], {"targets": {"F1": 3}}, "in one plane are B and S"),
+        (["beta"], {"targets": {"B1": 3}, "plane": "both"}, "in both planes are F, L and S"),
         (["beta"], {"targets": {"B1": -3}}, "above 0"),
         (["beta"], {"targets": {"B1": "3 kg"}}, "must be Hz"),
         (["beta"], {"measured": {"frequenzy": [3]}}, "did you mean 'frequency'"),

@@ -36,6 +36,22 @@ def test_sensitivities(run):
     assert "sensitivities" not in strict(run("modes", "--format", "json")[1])["modes"][0]
 
 
+def test_sensitivities_in_si(run):
+    """Hz per kg, as 1 % more of the mass shows."""
+    arguments = ["modes", "--si", "assets/beam.toml", "--sensitivities", "--format", "json"]
+    modes = strict(run(*arguments)[1])["modes"]
+    beam = Beam.from_toml("assets/beam.toml")
+    hertz = [
+        beam.units.hertz(solve(beam.replace(alpha=share * beam.alpha)).frequencies[0])
+        for share in (0.99, 1.01)
+    ]
+    expected = (hertz[1] - hertz[0]) / (0.02 * beam.alpha * beam.units.mass)
+    rates = modes[0]["sensitivities_hertz"]
+    assert rates["kg"] == pytest.approx(expected, rel=1e-3)
+    assert rates.keys() == {"kg", "beta:mm", "rpm", "delta:mm"}
+    assert "[Hz] with each number in its unit" in run(*arguments[:-2])[1]
+
+
 def test_a_fit(run, measured):
     """Of a file: the numbers of Python's answer, as a table and as JSON."""
     arguments = ["adjust", "--free", "alpha", "--free", "beta=0.3:1", "--measured", str(measured)]
