@@ -30,6 +30,7 @@ from beamviz.solver.solution import Solution
 SEARCHES, GAIN = 4, 1e-3  # at most, and the gain of cost below which they end
 SPEEDS, CHECKED_SPEEDS = (3, 9, 33), 65  # in turn, until the check at many confirms the answer
 SAMPLES = 8  # powers of 2 of places for a free number, from which the population starts
+BEYOND = 0.1  # the bounds lie this far inside the sequence, so that some places are on them
 POPULATION, GENERATIONS = 12, 60  # for each free number; the search ends sooner where it converges
 LACK = 10.0  # added to a lack of margin: more than every distance
 NO_BEAM = -10.0  # margin of a beam without a stable equilibrium
@@ -128,7 +129,8 @@ class ClearSearch:
         low, high = box
         count = len(low)
         sobol = qmc.Sobol(count, seed=seed).random_base2(SAMPLES + math.ceil(math.log2(count)))
-        sample = np.vstack((known, low + (high - low) * sobol))
+        inside = np.clip((1 + 2 * BEYOND) * sobol - BEYOND, 0.0, 1.0)
+        sample = np.vstack((known, low + (high - low) * inside))
         ranked = sample[np.argsort(self.costs(sample.T), kind="stable")]
         result = differential_evolution(
             self.costs,

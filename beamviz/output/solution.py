@@ -91,8 +91,10 @@ def mode_records(solution: Solution, with_sensitivities: bool = False) -> list[d
 def sensitivities_in_si(solution: Solution) -> dict[str, NDArray]:
     """The change (modes,) of each frequency [Hz] with each number that has a unit, by its name in
     this, as "kg" or "beta:mm"; {} of a beam whose size is not known."""
-    units, in_si = solution.beam.units, {}
-    for number, rates in solution.sensitivities.items() if units else ():
+    units, in_si = solution.beam.units, dict[str, NDArray]()
+    if units is None:
+        return in_si
+    for number, rates in solution.sensitivities.items():
         if measure := usual_measure(number, units):
             unit = measure.scale.unit
             name = unit if unit in BY_NAME else f"{number}:{unit}"
