@@ -22,7 +22,8 @@ from beamviz.solver import solve_many
 from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution
 
-POOL, STARTS = 64, 5  # random places for each free number, and the best of them to start from
+POOL = 64  # random places for each free number
+STARTS, MORE_STARTS = 6, 3  # the best of them with different assignments, and of the others
 SEED = 1
 STEP = 1e-4  # in u, of the central differences of the Jacobian
 TOLERANCE = 1e-9  # of the solutions: a step divides their errors by it
@@ -158,14 +159,21 @@ class FrequencyFit:
         return LocalFit(u, labels, float(residuals @ residuals), self.jacobian_at(u, labels))
 
     def starts(self) -> list[NDArray]:
-        """The given beam, and the places of a random pool that fit best."""
+        """The given beam, and the places of a random pool that fit best: first each with another
+        assignment of the frequencies to modes, as a local fit seldom leaves its own."""
         count = len(self.family.free)
         pool = np.random.default_rng(SEED).random((POOL * count, count))
-        sums = []
-        for by_setting in self.labelled_frequencies(list(pool)):
-            residuals = self.residuals(by_setting, self.assigned(by_setting))
-            sums.append(residuals @ residuals)
-        return [self.family.start, *pool[np.argsort(sums)[:STARTS]]]
+        table = self.labelled_frequencies(list(pool))
+        assignments = [self.assigned(by_setting) for by_setting in table]
+        pairs = zip(table, assignments, strict=True)
+        sums = [np.sum(self.residuals(*pair) ** 2) for pair in pairs]
+        order = np.argsort(sums, kind="stable").tolist()
+        seen: dict[Labels, int] = {}
+        for k in order:
+            seen.setdefault(assignments[k], k)
+        distinct = [*seen.values()][:STARTS]
+        others = [k for k in order if k not in distinct][:MORE_STARTS]
+        return [self.family.start, *pool[distinct], *pool[others]]
 
     def local_fits(self) -> list[LocalFit]:
         """The minima reached from the starts, the best first."""

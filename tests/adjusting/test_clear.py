@@ -74,6 +74,14 @@ def test_the_nearest_clear_beam_is_that_of_a_map(free, lines, between, margin):
     assert distance(beam, answer.free) <= nearest + 1e-3
 
 
+def test_a_clear_beam_in_a_corner_of_the_bounds():
+    """Those near delta = 0 and alpha = 3 alone are nearer than the many at delta above 0.6."""
+    beam = Beam(alpha=2.4033, beta=0.21527, delta=0.13565)
+    bounds = {name: BOUNDS[name] for name in ("alpha", "delta")}
+    answer = adjust(beam, bounds, clear=(1, 2, 3), between=(5.73, 6.89), margin=0.12)
+    assert answer.free == pytest.approx({"alpha": 2.92, "delta": 0}, abs=0.01)
+
+
 def test_a_clear_beam_has_no_resonance():
     beam = Beam(alpha=1)
     before = loci(beam, "gamma", np.linspace(1.5, 3, 21), per_rev=2)

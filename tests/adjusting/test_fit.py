@@ -85,6 +85,16 @@ def test_values_stay_within_their_bounds():
     assert answer.bounds == {"alpha": (0, 1)}
 
 
+def test_frequencies_without_a_label_find_their_modes():
+    """The fourth is S1 of the beam, which most beams within the bounds have elsewhere in order."""
+    truth = Beam(alpha=1.6353, beta=0.1176, delta=1.0555, mu=52.837)
+    rows = measurement(truth, (0, 3, 6, 9), modes=4, plane="flapwise")
+    answer = adjust(
+        truth.replace(delta=0.2, mu=150), ["delta", "mu"], measured=rows, plane="flapwise"
+    )
+    assert answer.free == pytest.approx({"delta": 1.0555, "mu": 52.837}, rel=0.01)
+
+
 def test_labels_decide_where_they_are_given():
     """Two frequencies, of the first and the third mode."""
     B1, _, B3 = solve(Beam(alpha=1, beta=0.7), 3).frequencies
