@@ -119,7 +119,20 @@ class ClearSearch:
             gain, best, least = least - cost, place, cost
             if seed and gain < GAIN:
                 break
-        return best
+        return self.with_unchanged_numbers(best, least)
+
+    def with_unchanged_numbers(self, u: NDArray, cost: float) -> NDArray:
+        """The place (free,) with each number at its start, or else at its near bound, where this
+        costs no more: the search ends only near to these."""
+        for k, start in enumerate(self.family.start):
+            for value in (start, round(u[k])):
+                changed = u.copy()
+                changed[k] = value
+                less = float(self.costs(changed[:, None])[0])
+                if less <= cost:
+                    u, cost = changed, less
+                    break
+        return u
 
     def best_in(self, box: NDArray, known: NDArray, seed: int) -> NDArray:
         """The place (free,) of least cost in a box (2, free). known: a place in it."""

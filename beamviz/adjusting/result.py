@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.solver import solve
+from beamviz.tables import html_table
 from beamviz.units import Units
 
 
@@ -72,6 +73,16 @@ class Adjusted:
     def root_mean_square(self) -> float:
         """The root mean square of the residuals, nan without any."""
         return float(np.sqrt(np.mean(self.residuals**2))) if self.matches else float("nan")
+
+    def _repr_html_(self) -> str:
+        errors = [self.errors.get(name, np.nan) for name in self.free]
+        columns = {
+            "number": [*self.free],
+            "value": [f"{value:.7g}" for value in self.free.values()],
+            "error": [f"{error:.2g}" if np.isfinite(error) else "-" for error in errors],
+            "bounds": [f"{low:g} .. {high:g}" for low, high in self.bounds.values()],
+        }
+        return html_table(repr(self), columns)
 
     def __repr__(self) -> str:
         numbers = ", ".join(

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from beamviz.beam import Beam
-from beamviz.cli.options import number, option
+from beamviz.cli.options import BEAM_KEYWORDS, beam_and_model, number, option
 from beamviz.errors import InvalidInput
 
 FREE_HELP = (
@@ -62,6 +62,11 @@ def parse_share(text: Any) -> float:
 def adjust(
     beam: Beam,
     options: dict[str, Any],
+    context: typer.Context,
+    beam_file: Annotated[
+        Path | None, typer.Argument(help="The same as --si.", metavar="BEAM")
+    ] = None,
+    *,
     free: Annotated[list[Any], option(FREE_HELP, parser=parse_free, metavar="NAME|NAME=LOW:HIGH")],
     measured: Annotated[Path | None, option(MEASURED_HELP, metavar="FILE.csv")] = None,
     target: Annotated[
@@ -90,6 +95,11 @@ def adjust(
     from beamviz.adjusting import adjust
     from beamviz.output.adjusted import ADJUSTED_FORMATS
 
+    if beam_file is not None:
+        if si := context.params["si"]:
+            raise InvalidInput(f"{beam_file} and --si {si} exclude each other")
+        given_values = {each.name: context.params[each.name] for each in BEAM_KEYWORDS}
+        beam, options = beam_and_model(**{**given_values, "si": beam_file})
     for names, text in ((free, "--free"), (target or [], "--target")):
         keys = [name for name, _ in names]
         for name in keys:

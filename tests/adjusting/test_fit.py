@@ -152,6 +152,7 @@ def test_the_same_call_has_the_same_answer():
     first, second = (adjust(Beam(), ["alpha", "beta"], measured=measured) for _ in range(2))
     assert first.free == second.free
     assert "alpha=0.799652 ± 0.0019" in repr(first)
+    assert "<td>alpha</td>" in first._repr_html_()
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,12 @@ def test_units_on_the_command_line(run):
     code, out, _ = run(*arguments, "--between", "200rpm:300rpm", "--margin", "0.05")
     assert code == 0
     assert "kg" in out
+    goal = ["--free", "kg=0.1:5", "--target", "B1=9Hz"]
+    by_option = run("adjust", "--si", "assets/beam.toml", *goal)
+    assert run("adjust", "assets/beam.toml", *goal) == by_option
+    assert by_option[0] == 0
+    code, _, err = run("adjust", "assets/beam.toml", "--si", "assets/beam.toml", *goal)
+    assert (code, "exclude each other" in err) == (2, True)
 
 
 @pytest.mark.parametrize(
