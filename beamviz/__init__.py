@@ -9,6 +9,8 @@ TYPE_CHECKING = False  # as of `typing`, which takes longer to import than all o
 if TYPE_CHECKING:
     from typing import Any
 
+    from beamviz.adjusting import adjust
+    from beamviz.adjusting.result import Adjusted
     from beamviz.beam import Beam
     from beamviz.blade import Blade, Mass
     from beamviz.dynamics import Motion, motion
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
         ImplausibleInput,
         InvalidInput,
         LeftOut,
+        NoAnswer,
         NoEquilibrium,
         NotConverged,
         Unavailable,
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from beamviz.version import __version__
 
 __all__ = [
+    "Adjusted",
     "Beam",
     "BeamvizError",
     "Blade",
@@ -43,6 +47,7 @@ __all__ = [
     "Loci",
     "Mass",
     "Motion",
+    "NoAnswer",
     "NoEquilibrium",
     "NotConverged",
     "Ramp",
@@ -53,6 +58,7 @@ __all__ = [
     "Units",
     "View",
     "__version__",
+    "adjust",
     "animate",
     "export",
     "loci",
@@ -67,6 +73,8 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
+    "beamviz.adjusting": ("adjust",),
+    "beamviz.adjusting.result": ("Adjusted",),
     "beamviz.beam": ("Beam",),
     "beamviz.blade": ("Blade", "Mass"),
     "beamviz.dynamics": ("Motion", "motion"),
@@ -76,6 +84,7 @@ ON_FIRST_USE = {
         "ImplausibleInput",
         "LeftOut",
         "InvalidInput",
+        "NoAnswer",
         "NoEquilibrium",
         "NotConverged",
         "Unavailable",

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Collection, Iterator, Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 E = TypeVar("E", bound=BaseException)
 
@@ -59,6 +59,19 @@ class NoEquilibrium(BeamvizError):
 
     def __reduce__(self) -> tuple[type, tuple[str, float]]:  # for pickling
         return type(self), (str(self), self.limit)
+
+
+class NoAnswer(BeamvizError):
+    """No beam meets the goal of `adjust`; `best`: the `Adjusted` beam that comes nearest to it."""
+
+    kind = "no-answer"
+
+    def __init__(self, message: str, best: Any = None):
+        super().__init__(message)
+        self.best = best
+
+    def __reduce__(self) -> tuple[type, tuple[str, Any]]:  # for pickling
+        return type(self), (str(self), self.best)
 
 
 class NotConverged(BeamvizError):

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 import pytest
 from helpers import contents, load_file, slow
 from oracle import truth
@@ -43,6 +44,11 @@ ANSWERS = {  # by script: what `main` returns, with the digits of the docstring
     "11_tapered_blade": {
         "B1 at rest [Hz]": "30.288",
         "B2, 4 per revolution [rpm]": "2904.36",
+    },
+    "12_unknown_mass": {
+        "mass [kg]": "0.248",
+        "place [mm]": "390.4",
+        "another mass, by two frequencies [kg]": "0.074",
     },
 }
 LONG = {"05_map", "06_film", "08_spin_up", "09_cluster"}  # processes, frames, a motion of 15 s
@@ -111,6 +117,15 @@ def test_the_tapered_blade_is_that_of_an_independent_solution():
     blade = Beam.from_si(**example.BLADE, rotation_rpm=2904.36)
     second = truth(blade, 2, plane="flapwise").frequencies[1]
     assert blade.units.rpm(second) / 4 == pytest.approx(2904.36, abs=0.01)
+
+
+def test_the_measured_frequencies_are_those_of_an_independent_solution():
+    """Of 0.25 kg at 390 mm, but for the errors that were added."""
+    example = load_file(SCRIPTS["12_unknown_mass"])
+    beam = Beam.from_si(**example.STRIP, mass=0.25, mass_position=0.39)
+    hertz = beam.units.hertz(np.array(truth(beam, 5).frequencies))
+    assert hertz == pytest.approx([7.600, 51.507, 139.692, 318.965, 462.384], abs=6e-4)
+    assert example.MEASURED["hertz"] == pytest.approx(hertz, rel=5e-3)
 
 
 def test_the_examples_are_on_their_page():

@@ -26,11 +26,13 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("beam",),
     ("presets",),
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
+    ("sensitivities",),
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),
     ("tables", "datasets"),  # of results
     ("sweeps",),
+    ("adjusting",),
     ("plotting",),
     ("chart_ranges",),
     ("lessons",),
@@ -46,6 +48,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
 )
 LATE_IMPORTS = {  # all that point up: methods of results import what they call, as a statement
     ("solver.solution", "Solution.to_xarray", "datasets"),
+    ("solver.solution", "Solution.sensitivities", "sensitivities"),
     ("solver.solution", "Solution.plot", "plotting"),
     ("solver.solution", "Solution.show", "notebook"),
     ("solver.solution", "Solution._repr_html_", "tables"),

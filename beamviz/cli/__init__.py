@@ -15,6 +15,7 @@ from beamviz.errors import (
     ImplausibleInput,
     InvalidInput,
     LeftOut,
+    NoAnswer,
     NoEquilibrium,
     NotConverged,
     nearest,
@@ -22,13 +23,13 @@ from beamviz.errors import (
 from beamviz.files import discard_unfinished, plain
 from beamviz.signals import Terminated, terminate_on_signal
 
-EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
+EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NoAnswer: 3, NotConverged: 4}
 OTHER_FAILURE = 1
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command line and return its exit code: 0 done, 1 any other failure, 2 invalid input, 3
-    no equilibrium, 4 not converged, 130 interrupted, 143 terminated.
+    no equilibrium or no beam that meets a goal, 4 not converged, 130 interrupted, 143 terminated.
 
     arguments: by default those of this process, which a signal then ends within two seconds.
     """
@@ -63,9 +64,13 @@ def run(arguments: list[str]) -> int:
             return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
     except BeamvizError as error:
         code = EXIT_CODES.get(type(error), OTHER_FAILURE)
-        limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
+        details: dict[str, Any] = {}
+        if isinstance(error, NoEquilibrium):
+            details = {"limit": error.limit}
+        elif isinstance(error, NoAnswer) and error.best is not None:
+            details = {"best": error.best.free}
         message = error.for_command_line if isinstance(error, InvalidInput) else str(error)
-        return report(code, error.kind, message, arguments, **limit)
+        return report(code, error.kind, message, arguments, **details)
     except typer.TyperException as error:
         return report(error.exit_code, InvalidInput.kind, message_of(error), arguments)
     except OSError:

@@ -12,6 +12,7 @@ import typer
 
 from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
+from beamviz.cli.adjust import adjust
 from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,
@@ -65,6 +66,7 @@ MARGINS_HELP = (
     " as CSV."
 )
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
+SENSITIVITIES_HELP = "With the change of each frequency with each number of the beam."
 EXPORTS = {suffix[1:]: row.text for suffix, row in EXPORT_FORMATS.items()}
 EXPORT_HELP = "; ".join(f"{name}: {text}" for name, text in EXPORTS.items())
 EXPORT_HELP += (
@@ -106,6 +108,7 @@ def modes(
     beam: Beam,
     options: dict[str, Any],
     modes: MODES = Problem.modes,
+    sensitivities: Annotated[bool, option(SENSITIVITIES_HELP, "--sensitivities")] = False,
     format: Format = "table",
 ) -> None:
     """Equilibrium and modes of a beam."""
@@ -115,7 +118,7 @@ def modes(
     solution = solve(beam, modes=modes, **options)
     if solution.stats.seconds < REPEATED:  # most of which was the first import of libraries
         solution = solve(beam, modes=modes, **options)
-    print(SOLUTION_FORMATS[format](solution).rstrip("\n"))
+    print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("\n"))
 
 
 @app.command(epilog=example("loci --over gamma --start 0 --stop 20 --plot loci.svg"))
@@ -189,6 +192,11 @@ def loci(
 
 
 app.command(epilog=example("motion --until 10 --release 1 --damping 0.01"))(takes_beam(motion))
+
+
+app.command(epilog=example("adjust --free alpha --free beta=0.2:1 --target B1=3 --target B2=20"))(
+    takes_beam(adjust)
+)
 
 
 @app.command(epilog=example("sweep map.zarr --over gamma=0:20:101 --over alpha=0,0.5,1"))

@@ -2,11 +2,15 @@
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
+from beamviz.units import BY_NAME, usual_measure
 
 EQUILIBRIUM_KEYS = (
     *("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"),
@@ -14,7 +18,7 @@ EQUILIBRIUM_KEYS = (
 )
 
 
-def solution_json(solution: Solution) -> str:
+def solution_json(solution: Solution, with_sensitivities: bool = False) -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
     state = solution.equilibrium
     data = {
@@ -23,7 +27,7 @@ def solution_json(solution: Solution) -> str:
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS}
         | loads_in_si(solution)
         | stress_record(state.greatest_stress),
-        "modes": mode_records(solution),
+        "modes": mode_records(solution, with_sensitivities),
         "stats": solution.stats,
     }
     if units := solution.beam.units:
@@ -68,7 +72,7 @@ def described_stress(stress: GreatestStress) -> str:
     return f"{text}, {above} the yield stress of {stress.yield_stress / 1e6:.5g} MPa"
 
 
-def mode_records(solution: Solution) -> list[dict[str, Any]]:
+def mode_records(solution: Solution, with_sensitivities: bool = False) -> list[dict[str, Any]]:
     """Each mode under the keys of the JSON; growth rates, of either sign, where there is one."""
     values = solution.columns
     rows = zip(*map(plain, values.values()), strict=True)
@@ -76,14 +80,36 @@ def mode_records(solution: Solution) -> list[dict[str, Any]]:
     for record in records:
         if not (record["frequency"] is None or record["growth_rate"]):
             del record["growth_rate"]
+    for k, record in enumerate(records if with_sensitivities else ()):
+        rates = solution.sensitivities.items()
+        record["sensitivities"] = {number: plain(each[k]) for number, each in rates}
+        if in_si := sensitivities_in_si(solution):
+            record["sensitivities_hertz"] = {name: plain(each[k]) for name, each in in_si.items()}
     return records
 
 
-def solution_csv(solution: Solution) -> str:
-    """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
-    records, keys = mode_records(solution), solution.columns
+def sensitivities_in_si(solution: Solution) -> dict[str, NDArray]:
+    """The change (modes,) of each frequency [Hz] with each number that has a unit, by its name in
+    this, as "kg" or "beta:mm"; {} of a beam whose size is not known."""
+    units, in_si = solution.beam.units, dict[str, NDArray]()
+    if units is None:
+        return in_si
+    for number, rates in solution.sensitivities.items():
+        if measure := usual_measure(number, units):
+            unit = measure.scale.unit
+            name = unit if unit in BY_NAME else f"{number}:{unit}"
+            in_si[name] = units.hertz(rates) / measure.factor
+    return in_si
+
+
+def solution_csv(solution: Solution, with_sensitivities: bool = False) -> str:
+    """One line for each mode under the keys of the JSON; nodes are separated by spaces, and the
+    sensitivity to alpha is `d_alpha`."""
+    records, keys = mode_records(solution, with_sensitivities), [*solution.columns]
     for record in records:
         record["nodes"] = " ".join(map(repr, record["nodes"]))
+        record |= {f"d_{name}": rate for name, rate in record.get("sensitivities", {}).items()}
+    keys += [f"d_{name}" for name in solution.sensitivities] if with_sensitivities else []
     return csv_text(keys, ([record.get(key) for key in keys] for record in records))
 
 
@@ -102,14 +128,32 @@ def heading(solution: Solution) -> list[str]:
     return lines + ([described_stress(state.greatest_stress)] if state.greatest_stress else [])
 
 
-def solution_table(solution: Solution) -> str:
+def solution_table(solution: Solution, with_sensitivities: bool = False) -> str:
     """The beam, its equilibrium and its modes, to be read in a terminal."""
     stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
         f"{solution.problem.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])
+    lines = [*heading(solution), "", *aligned_table(modes), ""]
+    if with_sensitivities:
+        title = "Sensitivities: change of the frequency [1/T*] with each number"
+        rates = sensitivity_columns(solution, solution.sensitivities)
+        lines += [title, "", *aligned_table(rates), ""]
+        if in_si := sensitivities_in_si(solution):
+            title = "Sensitivities: change of the frequency [Hz] with each number in its unit"
+            lines += [title, "", *aligned_table(sensitivity_columns(solution, in_si)), ""]
+    return "\n".join([*lines, footer])
+
+
+def sensitivity_columns(solution: Solution, by_name: dict[str, NDArray]) -> dict[str, Any]:
+    """A table of sensitivities as texts; those below the solver's rounding are 0."""
+    columns: dict[str, Any] = {"mode": solution.columns["index"], "label": solution.labels}
+    for name, rates in by_name.items():
+        unit = " [1/deg]" if name in ("pitch", "twist") else ""
+        cells = ["-" if rate != rate else f"{rate:.5g}" for rate in np.round(rates, 9) + 0.0]
+        columns[f"{name}{unit}"] = cells
+    return columns
 
 
 def described_status(solution: Solution) -> str:

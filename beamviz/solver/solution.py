@@ -283,6 +283,20 @@ class Solution:
         return read_only(np.where(root > 0, error, np.sqrt(error)) / np.where(root > 0, root, 1.0))
 
     @cached_property
+    def sensitivities(self) -> dict[str, NDArray]:
+        """The derivative (modes,) of each frequency to each number of the beam that applies, by
+        name: alpha, beta, gamma, delta, mu (unless inextensible), spin_up (of a beam that has one),
+        flap (out of the plane of rotation), pitch, twist (in both planes), root (unless clamped).
+
+        In units of 1/T* over that of the number; pitch and twist in degrees. Fourth-order
+        differences of beams that are solved in one stack to a tolerance of 1e-10, on one side of a
+        number at its limit; nan where a mode has no frequency.
+        """
+        from beamviz.sensitivities import sensitivities
+
+        return {name: read_only(each) for name, each in sensitivities(self).items()}
+
+    @cached_property
     def families(self) -> tuple[str, ...]:
         """Family of each mode by its share of kinetic energy: bending, stretching or mixed."""
         return tuple(map(family_of, self.bending_energy_fraction))

@@ -1,0 +1,186 @@
+"""Measured frequencies: of a CSV file, a table or targets, in the T* of the given beam."""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beamviz.beam import NUMBERS, Beam
+from beamviz.blade_files.delimited import names_with_units, rows_of
+from beamviz.blade_files.table import Row, Text
+from beamviz.checks import check_float
+from beamviz.conversions import parse_quantity, unit_size
+from beamviz.errors import InvalidInput, unknown_keyword
+from beamviz.input_files import decoded, read_small
+from beamviz.solver.problem import MAX_MODES
+from beamviz.units import BY_NAME, Units, parse_over
+
+FREQUENCIES = ("frequency", "hertz")
+NAMES = {  # other names of the columns, in small letters
+    **dict.fromkeys(("hz", "freq", "f"), "hertz"),
+    **dict.fromkeys(("label", "branch"), "mode"),
+    **dict.fromkeys(("sigma", "uncertainty", "std", "standard_deviation"), "error"),
+    **dict.fromkeys(("speed", "1/min"), "rpm"),
+    "omega": "frequency",
+}
+COLUMNS = (*FREQUENCIES, "error", "mode", *NUMBERS, *BY_NAME)
+MOST_ROWS = 1000
+
+
+class MeasuredFrequency(NamedTuple):
+    """A frequency [1/T*], its standard deviation, nan where it is not known, the label of its mode,
+    "" where it is not known, and the numbers of the beam at which it was measured."""
+
+    frequency: float
+    error: float
+    mode: str
+    numbers: tuple[tuple[str, float], ...]
+
+
+def measured_frequencies(beam: Beam, measured: Any) -> list[MeasuredFrequency]:
+    """The rows of a CSV file, or of a table: a mapping of columns, a DataFrame, or a sequence of
+    mappings. Raises InvalidInput."""
+    if isinstance(measured, str | Path):
+        name, columns = str(measured), columns_of_file(Path(measured))
+    else:
+        name, columns = "measured", columns_of_table(measured)
+    rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
+    if not 1 <= len(rows) <= MOST_ROWS:
+        raise InvalidInput(f"{name}: {len(rows)} frequencies: must be 1 .. {MOST_ROWS}")
+    frequencies = [f for f in FREQUENCIES if f in columns]
+    if len(frequencies) != 1:
+        raise InvalidInput(f"{name}: must have one of the columns {', '.join(FREQUENCIES)}")
+    read = [
+        measured_row(beam, row, frequencies[0], f"{name}: row {k}") for k, row in enumerate(rows, 1)
+    ]
+    if len({math.isnan(row.error) for row in read}) > 1:
+        raise InvalidInput(f"{name}: give the error of every frequency, or of none")
+    return read
+
+
+def columns_of_file(path: Path) -> dict[str, list[Any]]:
+    """The columns of a CSV file by name. Raises InvalidInput."""
+    rows = rows_of(Text(path.name, decoded(read_small(path), path.name, "CSV")))
+    if not rows:
+        raise InvalidInput(f"{path.name}: has no rows")
+    cells = [list(row.cells) for row in rows]
+    names = [column_name(name, path.name) for name in names_with_units(cells)]
+    below: list[Row] = rows[len(rows) - len(cells) :]
+    if len(set(names)) < len(names):
+        raise InvalidInput(f"{path.name}: a column is there twice: {', '.join(names)}")
+    for row in below:
+        if len(row.cells) != len(names):
+            raise InvalidInput(
+                f"{path.name}: line {row.line}: {len(row.cells)} cells, not {len(names)}"
+            )
+    return {name: [row.cells[k] for row in below] for k, name in enumerate(names)}
+
+
+def columns_of_table(table: Any) -> dict[str, list[Any]]:
+    """The columns of a table by name. Raises InvalidInput."""
+    if hasattr(table, "to_dict"):  # of pandas
+        table = {name: list(column) for name, column in table.to_dict("list").items()}
+    if not isinstance(table, Mapping):
+        records = list(table) if isinstance(table, Iterable) else []
+        if not records or not all(isinstance(record, Mapping) for record in records):
+            raise InvalidInput("measured: must be a file, a table of columns, or a list of records")
+        table = {name: [record.get(name) for record in records] for name in records[0]}
+    columns = {
+        column_name(str(name), "measured"): list(np.atleast_1d(np.asarray(column, object)))
+        for name, column in table.items()
+    }
+    if len({len(column) for column in columns.values()}) > 1:
+        raise InvalidInput("measured: the columns must be of the same length")
+    return columns
+
+
+def column_name(text: str, source: str) -> str:
+    """The column of a name, which may have its unit in brackets: "speed [rpm]", "frequency [Hz]".
+    Raises InvalidInput."""
+    name, _, unit = (part.strip(" ])") for part in text.replace("(", "[").partition("["))
+    key = name if name in COLUMNS else NAMES.get(name.lower(), name.lower())
+    if unit and key in FREQUENCIES:
+        key = "hertz" if unit.lower() == "hz" else key if unit == "1/T*" else unit
+    elif unit and key not in ("error", "mode") and unit not in ("-", "deg"):
+        key = unit if unit in BY_NAME else f"{key}:{unit}"
+    if key not in COLUMNS:
+        raise InvalidInput(f"{source}: {unknown_keyword('column', text, COLUMNS, NAMES)}")
+    return key
+
+
+def measured_row(beam: Beam, row: dict[str, Any], frequency: str, place: str) -> MeasuredFrequency:
+    """The measured frequency of a row; its error is in the unit of the frequency."""
+    unit = frequency_unit(beam.units, place) if frequency == "hertz" else 1.0
+    numbers = []
+    for name, cell in row.items():
+        if name not in (*FREQUENCIES, "error", "mode"):
+            number, factor = parse_over(name, beam.units)
+            value = number_in(cell, f"{place}, {name}") / factor
+            low, high = NUMBERS[number].limits
+            numbers.append((number, check_float(f"{place}, {number}", value, low, high)))
+    error = row.get("error")
+    return MeasuredFrequency(
+        positive_in(row[frequency], f"{place}, {frequency}") * unit,
+        math.nan if is_empty(error) else positive_in(error, f"{place}, error") * unit,
+        "" if is_empty(row.get("mode")) else check_label(str(row["mode"]), place),
+        tuple(sorted(numbers)),
+    )
+
+
+def frequency_unit(units: Units | None, place: str) -> float:
+    """The frequency [1/T*] of 1 Hz. Raises InvalidInput where the size is not known."""
+    if units is None:
+        raise InvalidInput(f"{place}: hertz needs the size of the beam: give it in SI units")
+    return float(1 / units.hertz(1.0))
+
+
+def is_empty(cell: Any) -> bool:
+    return cell is None or cell != cell or not str(cell).strip()
+
+
+def number_in(cell: Any, place: str) -> float:
+    """The number of a cell. Raises InvalidInput."""
+    try:
+        return check_float(place, float(cell))
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{place} = {cell!r}: must be a finite number") from None
+
+
+def positive_in(cell: Any, place: str) -> float:
+    """The number above 0 of a cell. Raises InvalidInput."""
+    value = number_in(cell, place)
+    if value <= 0:
+        raise InvalidInput(f"{place} = {cell}: must be above 0")
+    return value
+
+
+def check_label(label: str, place: str) -> str:
+    """A label of a mode, as B1. Raises InvalidInput."""
+    label = label.strip()
+    if label[:1] not in "BSFL" or not label[1:].isdigit() or not 1 <= int(label[1:]) <= MAX_MODES:
+        raise InvalidInput(f"{place}, mode = {label!r}: must be a label, as B1, S1, F1 or L1")
+    return label
+
+
+def target_frequencies(beam: Beam, targets: Any) -> list[MeasuredFrequency]:
+    """The frequencies of modes by their labels, in 1/T* or a text with a unit, as "4.2 Hz". Raises
+    InvalidInput."""
+    if not isinstance(targets, Mapping) or not targets:
+        raise InvalidInput(f"targets = {targets!r}: must be frequencies by mode, as {{'B1': 3.6}}")
+    rows = []
+    for label, value in targets.items():
+        place = f"target {label}"
+        quantity = parse_quantity(value) if isinstance(value, str) else None
+        unit = 1.0
+        if quantity is not None:
+            value = quantity.value
+            if quantity.unit:
+                size = unit_size(quantity.unit, "Hz")
+                if size is None:
+                    raise InvalidInput(f"{place}: unit {quantity.unit!r}: must be Hz, kHz or 1/min")
+                unit = size * frequency_unit(beam.units, place)
+        frequency = positive_in(value, place) * unit
+        rows.append(MeasuredFrequency(frequency, math.nan, check_label(str(label), place), ()))
+    return rows

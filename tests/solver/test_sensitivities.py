@@ -1,0 +1,97 @@
+"""Sensitivities of frequencies to the numbers of the beam, against independent derivatives."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from strategies import beams, blades
+
+from beamviz import Beam, InvalidInput, NoEquilibrium, solve
+
+CLAMPED_MODES = (1.8751040687, 4.6940911330, 7.8547574382)  # beta L of a clamped beam
+
+
+def difference(beam, number, k, **options):
+    """The derivative of frequency k by a second-order difference of two converged solutions."""
+    value = getattr(beam, number)
+    step = 1e-4 * max(abs(value), 0.3)
+    ends = [
+        solve(beam.replace(**{number: value + side * step}), tolerance=1e-11, **options)
+        for side in (-1, 1)
+    ]
+    return (ends[1].frequencies[k] - ends[0].frequencies[k]) / (2 * step)
+
+
+def check(beam, modes, **options):
+    """The sensitivities of modes whose frequencies keep a distance from the others."""
+    solution = solve(beam, tolerance=1e-10, **options)
+    gaps = np.diff(solution.frequencies)
+    for number, rates in solution.sensitivities.items():
+        for k in range(modes):
+            if gaps[max(k - 1, 0) : k + 1].min() < 0.05 * solution.frequencies[k]:
+                continue
+            expected = difference(beam, number, k, **options)
+            scale = solution.frequencies[k]
+            assert rates[k] == pytest.approx(expected, rel=1e-3, abs=1e-5 * scale), (number, k)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    beams(alpha=(0.1, 5), beta=(0.1, 0.9), gamma=(1, 30), delta=(0.1, 2), mu=(60, 500)),
+    blades(),
+)
+def test_sensitivities_are_those_of_differences(beam, blade):
+    """Of random beams and blades."""
+    try:
+        check(beam, 3)
+        check(beam.replace(blade=blade), 2, plane="flapwise")
+    except NoEquilibrium:
+        return
+
+
+@pytest.mark.parametrize(
+    ("beam", "options"),
+    [
+        (Beam(alpha=0.7, beta=0.3, gamma=5, mu=40), {"coriolis": True}),
+        (Beam(alpha=0.7, beta=0.3, gamma=5, flap=0.25, pitch=30, twist=10, root=5.0), "both"),
+        (Beam(alpha=0.2, beta=0.6, gamma=3, delta=-1.2, mu=20), {"state": "bent"}),
+        (Beam(alpha=0.2, beta=0.6, gamma=3, mu=40), {"method": "ancf"}),
+    ],
+)
+def test_sensitivities_of_other_models(beam, options):
+    check(beam, 3, **({"plane": options} if isinstance(options, str) else options))
+
+
+def test_of_a_tip_mass_by_the_rayleigh_quotient():
+    """d omega / d alpha = - omega w(L)^2 / 2 of a mode of unit modal mass, and w(L) = 2 where there
+    is no mass yet: a derivative on one side."""
+    solution = solve(Beam(alpha=0), modes=3, tolerance=1e-10)
+    expected = [-2 * root**2 for root in CLAMPED_MODES]
+    assert solution.sensitivities["alpha"] == pytest.approx(expected, rel=1e-7)
+    assert solution.sensitivities["gamma"] == pytest.approx(np.zeros(3), abs=1e-6)
+
+
+def test_modes_keep_their_order_where_loci_cross():
+    """Flap and lag of a round section at rest have one frequency: only flap changes with the
+    flapwise stiffness, by omega / 2."""
+    solution = solve(Beam(), modes=2, plane="both")
+    rates = dict(zip(solution.labels, solution.sensitivities["flap"], strict=True))
+    assert rates["F1"] == pytest.approx(solution.frequencies[0] / 2, rel=1e-6)
+    assert rates["L1"] == pytest.approx(0, abs=1e-6)
+
+
+def test_only_numbers_that_apply_have_a_sensitivity():
+    assert [*solve(Beam()).sensitivities] == ["alpha", "beta", "gamma", "delta", "mu"]
+    assert "mu" not in solve(Beam(mu=1e6)).sensitivities
+    assert "root" in solve(Beam(root=3.0)).sensitivities
+    assert {"flap", "pitch", "twist"} <= solve(Beam(flap=2), plane="both").sensitivities.keys()
+    with pytest.raises(InvalidInput):
+        solve(Beam(pitch=10, flap=2))
+
+
+def test_a_mode_without_a_frequency_has_no_sensitivity():
+    solution = solve(Beam(gamma=4, delta=-1), modes=2)
+    assert math.isnan(solution.frequencies[0])
+    assert np.isnan(solution.sensitivities["gamma"][0])
+    assert np.isfinite(solution.sensitivities["gamma"][1])
