@@ -45,6 +45,33 @@ def test_the_wind_turbine_blade_vibrates_as_published_at_rest(plane, published, 
     assert 0.99 * low < first < 1.01 * high, reason
 
 
+TWISTED = {  # mass [kg] (tolerance: stations are linear here), twist at root and tip [deg]
+    "nrel-5mw-twisted-blade": (17740, 0.01, 13.308, 0),
+    "iea-3.4mw-blade": (16441, 0.12, 20, -4.64),  # of another release in the report
+    "iea-10mw-blade": (47700, 0.04, 12, -0.04),  # the same
+    "iea-15mw-blade": (65250, 0.001, 15.59, -1.24),
+}
+
+
+@pytest.mark.parametrize(("name", "values"), TWISTED.items())
+def test_the_blades_with_twist_have_the_mass_and_the_twist_of_their_sources(name, values):
+    mass, tolerance, root, tip = values
+    it = preset(name).beam.physical
+    assert np.trapezoid(it.mass_per_length, it.stations) == pytest.approx(mass, rel=tolerance)
+    assert (it.twists[0], it.twists[-1]) == pytest.approx((root, tip), abs=0.01)
+
+
+def test_the_iea_15_mw_blade_vibrates_as_published_at_rest():
+    """NREL/TP-5000-75698, table 2-1: first flapwise 0.555 Hz, first edgewise 0.642 Hz."""
+    beam = preset("iea-15mw-blade").beam.replace(gamma=0.0)
+    assert hertz(beam, 2, plane="both") == pytest.approx([0.555, 0.642], abs=0.001)
+
+
+def test_the_nrel_blade_has_its_twist_or_none():
+    assert preset("nrel-5mw-twisted-blade").beam.is_turned
+    assert not NREL.beam.is_turned
+
+
 def test_the_steel_blade_is_the_taper_of_its_source():
     """Ozdemir Ozgumus & Kaya (2006), c = 0.5: 3.8238, 18.3173, 47.2648 at rest, in units of
     sqrt(E I / rho A L^4) of flapwise bending at the root, for a beam that is not stretched."""
@@ -62,7 +89,7 @@ def test_the_steel_blade_is_the_taper_of_its_source():
 def test_each_preset_is_stable_in_both_planes_and_plausible(one):
     assert one.beam.doubts == ()
     assert len(one.source) > 50
-    for plane in ("chordwise", "flapwise"):
+    for plane in ("both",) if one.beam.is_turned else ("chordwise", "flapwise"):
         assert solve(one.beam, plane=plane).equilibrium.status == "stable"
 
 

@@ -194,6 +194,65 @@ LESSONS = (
         reading="modes 3 and 4 are {:.3f} apart",
     ),
     Lesson(
+        name="flap-and-lag",
+        title="What does a pitch do where flap meets lag?",
+        question="A flat beam is softer up and down (flap) than side to side (lag), but spinning"
+        " stiffens flap more. At some speed the two are equally fast. What changes there if the"
+        " beam is pitched by a few degrees?",
+        guesses=(
+            "Nothing: they still meet.",
+            "They meet at another speed.",
+            "They no longer meet.",
+        ),
+        right=2,
+        scene=Scene.of(flap=0.25, gamma=3, plane="both", mode=1),
+        do="In **Frequencies**, F1 crosses L1 near γ = 3. Drag **pitch θ** slowly from 0 to 20.",
+        see="The gap between modes 1 and 2 opens as you drag. Each of the two now moves up and"
+        " down and side to side at once.",
+        meaning="Without a pitch the two planes are independent, and two independent frequencies"
+        " may be equal. A pitched section bends most easily along a slanted line, so flap and lag"
+        " share a stiffness: they are coupled, and coupled modes do not cross. It is a *veering*"
+        " without any Coriolis force; the smaller the pitch, the sharper.",
+        fact="Without a pitch F1 and L1 cross at γ = {:.4f}. Pitched by 5° they keep {:.3f} apart"
+        " at least, at γ = {:.3f}, and at γ = 3 they are 0.5 apart at a pitch of {:.3f}°.",
+        compute_fact=model.flap_and_lag,
+        task="At γ = 3, find the pitch above 0 at which modes 1 and 2 are 0.5 apart.",
+        number="pitch",
+        within=0.3,
+        answer_in_fact=3,
+        gauge=lambda s: s.frequencies[1] - s.frequencies[0],
+        reading="modes 1 and 2 are {:.3f} apart",
+    ),
+    Lesson(
+        name="twist",
+        title="Which way does a twisted blade bend?",
+        question="A flat beam at rest vibrates either up and down or side to side. What does it do"
+        " after it is twisted from root to tip, like a blade?",
+        guesses=(
+            "Either up and down or side to side, as before.",
+            "Both at once, in every mode.",
+        ),
+        right=1,
+        scene=Scene.of(flap=1 / 16, plane="both", mode=2),
+        do="Drag **twist φ** from 0 up to 60 and look at modes 1 to 3.",
+        see="The tip moves along a slanted line. Mode 1 stays mostly up and down; mode 3 takes more"
+        " and more of the motion side to side.",
+        meaning="Every section bends most easily across its flat side, and that direction turns"
+        " along a twisted beam. No mode can keep to one plane: bending is *coupled*, at rest and"
+        " without any force. The share of its kinetic energy in each plane says which of the two a"
+        " mode is more of.",
+        fact="Twisted by 60°, modes 1, 2 and 3 have {:.1%}, {:.1%} and {:.1%} of their kinetic"
+        " energy in the plane of rotation; untwisted 0, 100 and 0 %. Mode 3 has a quarter at"
+        " {:.3f}°.",
+        compute_fact=model.twisted_shares,
+        task="Find the twist above 0 at which a quarter of the energy of mode 3 is in the plane.",
+        number="twist",
+        within=0.5,
+        answer_in_fact=3,
+        gauge=lambda s: 100 * s.in_plane_fraction[2],
+        reading="mode 3 has {:.1f} % of its energy in the plane",
+    ),
+    Lesson(
         name="resonance",
         title="Excited three times per revolution",
         question="Wind and gravity load a blade at the same places in every revolution. At which"

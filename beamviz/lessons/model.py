@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
-from beamviz.beam import NUMBERS, PARAMETERS, Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.frequency_loci import Event, loci
 from beamviz.scene import Scene
@@ -36,7 +36,7 @@ class Verdict(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
     """A question about the beam that experiments answer, and a challenge: to find the value of one
-    of the five numbers, or the point at which the beam is pulled before it is let go, with all
+    of its numbers, or the point at which the beam is pulled before it is let go, with all
     other numbers as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
@@ -59,7 +59,7 @@ class Lesson:
     # The challenge
 
     task: str
-    number: str = "gamma"  # to be found: "alpha", "beta", "gamma", "delta", "mu" or "pull_at"
+    number: str = "gamma"  # to be found: a number of a beam or "pull_at"
     within: float = 0.1  # accepted distance from the answer
     # The quantity to observe, one number or several, of a solution (and for "pull_at" that point).
     gauge: Callable[..., Any]
@@ -87,7 +87,7 @@ class Lesson:
             beam = self.scene.beam.replace(**{self.number: value})
             return np.ravel(self.gauge(solve(beam, **self.scene.options)))[0] - self.level
 
-        low, high, _ = PARAMETERS[self.number].slider
+        low, high, _ = NUMBERS[self.number].slider
         return brentq(excess, low, high, xtol=1e-9)
 
     @property
@@ -115,7 +115,7 @@ class Lesson:
         if abs(self.answer - value) > self.within:
             return Verdict(False, "")
         near = f"is within {self.within:g} of {self.answer:.5g}"
-        symbol = "x" if self.of_pull else PARAMETERS[self.number].symbol
+        symbol = "x" if self.of_pull else NUMBERS[self.number].symbol
         return Verdict(True, f"{symbol} = {value:.5g} {near}.")
 
     @property
@@ -170,6 +170,41 @@ def crossing(over: str, stop: float, **options: Any) -> Event:
     """Crossing or veering of S1 and B3 with a mass as heavy as the beam at its tip."""
     computed = loci(TIP, over, np.linspace(0, stop, 21), **options)
     return next(event for event in computed.events if set(event.branches) == {"B3", "S1"})
+
+
+FLAT = Beam(flap=0.25)
+VERY_FLAT = Beam(flap=1 / 16)
+
+
+def flap_and_lag() -> tuple[float, float, float, float]:
+    """Of a flat beam: the speed at which F1 and L1 cross; their least gap with a pitch of 5 deg
+    and its speed; the pitch [deg] at which they are 0.5 apart at gamma = 3."""
+
+    def gap(gamma: float, pitch: float) -> float:
+        solution = solve(FLAT.replace(gamma=gamma, pitch=pitch), modes=2, plane="both")
+        return float(solution.frequencies[1] - solution.frequencies[0])
+
+    events = loci(FLAT, "gamma", np.linspace(0, 6, 25), modes=3, plane="both").events
+    meeting = next(event for event in events if set(event.branches) == {"F1", "L1"})
+    least = minimize_scalar(
+        gap, bounds=(2, 5), args=(5,), method="bounded", options={"xatol": 1e-7}
+    )
+    pitch = brentq(lambda pitch: gap(3, pitch) - 0.5, 1, 45, xtol=1e-9)
+    return meeting.at, float(least.fun), float(least.x), pitch
+
+
+def twisted_shares() -> tuple[float, float, float, float]:
+    """Of a flat beam at rest: the share of kinetic energy in the plane of rotation of modes 1 to 3
+    at a twist of 60 deg, and the twist [deg] at which mode 3 has a quarter."""
+
+    def shares(twist: float) -> list[float]:
+        solution = solve(VERY_FLAT.replace(twist=twist), modes=3, plane="both")
+        assert solution.in_plane_fraction is not None
+        return [float(share) for share in solution.in_plane_fraction]
+
+    first, second, third = shares(60)
+    twist = brentq(lambda twist: shares(twist)[2] - 0.25, 1, 89, xtol=1e-9)
+    return first, second, third, twist
 
 
 def resonance(per_rev: int, label: str) -> float:

@@ -15,7 +15,7 @@ from oracle.equilibrium import shoot, stretch
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Ramp
 from beamviz.dynamics.linear import motion_without_stiffening
@@ -111,6 +111,30 @@ def test_veering(lesson):
     low, least, high = (np.diff(truth(beam, coriolis=True).frequencies)[2] for beam in beams)
     assert least == pytest.approx(gap, rel=1e-4)
     assert least < min(low, high)
+
+
+def test_flap_and_lag(lesson):
+    """Flap and lag, each solved in its own plane, agree at the crossing; with a pitch the gap is
+    wider on both sides of the least one."""
+    crossing, least, at, pitch = lesson.numbers
+    flat = Beam(flap=0.25, gamma=crossing)
+    flap, lag = (solve(flat, plane=plane).frequencies[0] for plane in ("flapwise", "chordwise"))
+    assert flap == pytest.approx(lag, rel=1e-6)
+    gaps = [
+        np.diff(solve(flat.replace(gamma=at + step, pitch=5), plane="both").frequencies)[0]
+        for step in (-0.02, 0, 0.02)
+    ]
+    assert gaps[1] == pytest.approx(least, rel=1e-5)
+    assert gaps[1] < min(gaps[0], gaps[2])
+    there = solve(Beam(flap=0.25, gamma=3, pitch=pitch), plane="both").frequencies
+    assert there[1] - there[0] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_twist(lesson):
+    """.040, .883 and .267 by the independent computation of test_both_planes.py."""
+    assert lesson.numbers[:3] == pytest.approx((0.040, 0.883, 0.267), abs=6e-4)
+    turned = Beam(flap=1 / 16, twist=lesson.answer)
+    assert solve(turned, plane="both").in_plane_fraction[2] == pytest.approx(0.25, abs=1e-6)
 
 
 def test_resonance(lesson):
@@ -242,7 +266,7 @@ def stretches(beam: Beam) -> list[float]:
 def test_only_the_answer_meets_the_challenge(one: Lesson):
     """Within the tolerance, where a step of the slider falls; not beyond it, nor at the start."""
     name, within = one.number, one.within
-    low, high, step = RANGES[name].slider if one.of_pull else PARAMETERS[name].slider
+    low, high, step = RANGES[name].slider if one.of_pull else NUMBERS[name].slider
     values = np.arange(round((high - low) / step) + 1) * step + low
     assert abs(values - one.answer).min() <= within
     for away, met in ((0, True), (0.9, True), (-0.9, True), (1.2, False), (-1.2, False)):

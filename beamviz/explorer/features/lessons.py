@@ -416,6 +416,7 @@ LOCI = {  # lessons with a chart: start and stop of the axis, branches
     "mode-shift": (0.6, 2.4, ("B3", "S1")),
     "crossing": (3.5, 6.0, ("B3", "S1")),
     "veering": (4.2, 5.1, ("B3", "S1")),
+    "flap-and-lag": (0.0, 6.0, ("F1", "L1")),
     "resonance": (0.0, 14.0, ("B1", "B2", "B3")),
     "paradox": (0.0, 3.5, ("B1",)),
     "buckling": (0.0, 2.99, ("B1",)),
@@ -439,12 +440,14 @@ def mode(shown: Lesson) -> str:
     beam, solution = scene.beam, solve(scene.beam, **scene.solver_options)
     k = int(np.argmax(scene.view.shares))
     angle = solution.equilibrium.angle(X)
-    moved = rotated(solution.shape(k, X).real, angle)
+    moved = rotated(in_the_picture(solution.shape(k, X).real), angle)
     rest = solution.equilibrium.position(X)
     points = rest + AMPLITUDE * moved / np.linalg.norm(moved, axis=1).max()
     family = solution.families[k]
+    if solution.in_plane_fraction is not None and family == "bending":
+        family = "lag" if solution.in_plane_fraction[k] > 0.5 else "flap"
     parts = [hub(beam.delta), line(rest, "rest"), line(points, family)]
-    if family != "bending":
+    if family in ("stretching", "mixed"):
         normal = 0.05 * rotated(np.array([0.0, 1.0]), angle)
         ticks = np.stack([points - normal, points + normal], axis=1)[TICKS]
         parts += [line(tick, family) for tick in ticks]
@@ -452,6 +455,15 @@ def mode(shown: Lesson) -> str:
         x, y = place(points[int(np.argmin(abs(X - beam.beta)))])
         parts.append(f'<circle class="mass" cx="{x:.1f}" cy="{y:.1f}" r="5"/>')
     return "".join(parts)
+
+
+def in_the_picture(shape: np.ndarray) -> np.ndarray:
+    """The components (n, 2) along a beam and across it of a shape (n, 2), or of one in both planes
+    (n, 3) the larger of those across it."""
+    if shape.shape[1] == 2:
+        return shape
+    across = 1 + int(np.argmax(np.abs(shape[:, 1:]).max(axis=0)))
+    return shape[:, [0, across]]
 
 
 def hub(delta: float) -> str:

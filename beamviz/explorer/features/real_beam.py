@@ -455,7 +455,8 @@ def load(
     then: Callable[[State], State] = lambda state: state,
 ) -> None:
     """Show another beam, made of that of the state, in the state `then(state)`, with the kind of
-    section of before; or refuse the entry of the field with this key."""
+    section of before, in both planes where its section is turned; or refuse the entry of the field
+    with this key."""
     with visitor.lock:
         state = visitor.state
         scene = replace(state, case=state.case.nearest).to_scene()
@@ -469,6 +470,8 @@ def load(
             visitor.change(then)
         else:
             changed = replace(scene, beam=beam, camera=None)
+            if beam.is_turned:
+                changed = replace(changed, options={**changed.options, "plane": "both"})
             kept = with_sizes(state[SECTION])
             visitor.change(lambda state: then(kept(state.loaded(changed))), loads=True)
 
