@@ -4,6 +4,7 @@ from typing import Any
 
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
+from beamviz.output.shape_polynomials import elastodyn_lines, shape_polynomials
 from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
@@ -16,6 +17,11 @@ EQUILIBRIUM_KEYS = (
 
 def solution_json(solution: Solution) -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
+    return json_text(solution_record(solution))
+
+
+def solution_record(solution: Solution) -> dict[str, Any]:
+    """The record of the JSON."""
     state = solution.equilibrium
     data = {
         "beam": solution.beam.record,
@@ -30,7 +36,22 @@ def solution_json(solution: Solution) -> str:
         data["units"] = units_record(units)
         if properties := solution.beam.mass_properties:
             data["mass_properties"] = properties._asdict()
-    return json_text(data)
+    return data
+
+
+def json_with_polynomials(solution: Solution) -> str:
+    """The JSON with the shapes as polynomials."""
+    polynomials = [each._asdict() for each in shape_polynomials(solution)]
+    return json_text(solution_record(solution) | {"shape_polynomials": polynomials})
+
+
+def table_with_polynomials(solution: Solution) -> str:
+    """The table, and the shapes as lines of an ElastoDyn blade file."""
+    polynomials = shape_polynomials(solution)
+    errors = ", ".join(f"{each.label} {each.fit_error:.1g}" for each in polynomials)
+    fit = f"Shapes as polynomials, 1 at the tip; greatest error of each: {errors}"
+    lines = [solution_table(solution), "", fit, *elastodyn_lines(polynomials)]
+    return "\n".join(lines)
 
 
 def loads_in_si(solution: Solution) -> dict[str, float]:
@@ -124,3 +145,4 @@ def described_status(solution: Solution) -> str:
 
 
 SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
+WITH_POLYNOMIALS = {"table": table_with_polynomials, "json": json_with_polynomials}
