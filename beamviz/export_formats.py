@@ -60,6 +60,15 @@ def write_npz(path: Path, file: Path, scene: Any) -> list[Path]:
     return []
 
 
+def write_dat(path: Path, file: Path, scene: Any) -> list[Path]:
+    from beamviz.output.shape_polynomials import elastodyn_lines, shape_polynomials
+    from beamviz.solver import solve
+
+    solution = solve(scene.beam, **scene.solver_options)
+    file.write_text("\n".join(elastodyn_lines(shape_polynomials(solution))) + "\n")
+    return []
+
+
 EXPORT_FORMATS = {
     row.suffix: row
     for row in (
@@ -67,5 +76,6 @@ EXPORT_FORMATS = {
         ExportFormat(".glb", "an animated 3D model", write_glb),
         ExportFormat(".csv", "the modes, and in a second file equilibrium and shapes", write_csv),
         ExportFormat(".npz", "the same as arrays", write_npz),
+        ExportFormat(".dat", "the mode shapes of an ElastoDyn blade file", write_dat),
     )
 }

@@ -61,6 +61,9 @@ KIND_HELP = (
     "A kind of events to look for; repeat the option for more (default: all but those on request,"
     " see the table in assets/reference.md)."
 )
+POLYNOMIALS_HELP = (
+    "The first flap and edge shapes as polynomials, as an ElastoDyn blade file has them."
+)
 MARGINS_HELP = (
     "Table of the margins to the --per-rev lines at the speed --gamma to write besides the output,"
     " as CSV."
@@ -110,15 +113,23 @@ def modes(
     modes: MODES = Problem.modes,
     sensitivities: Annotated[bool, option(SENSITIVITIES_HELP, "--sensitivities")] = False,
     format: Format = "table",
+    polynomials: Annotated[bool, option(POLYNOMIALS_HELP, "--polynomials")] = False,
 ) -> None:
     """Equilibrium and modes of a beam."""
-    from beamviz.output.solution import SOLUTION_FORMATS
+    from beamviz.output.solution import SOLUTION_FORMATS, WITH_POLYNOMIALS
     from beamviz.solver import solve
 
     solution = solve(beam, modes=modes, **options)
     if solution.stats.seconds < REPEATED:  # most of which was the first import of libraries
         solution = solve(beam, modes=modes, **options)
-    print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("\n"))
+    if not polynomials:
+        print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("
+"))
+    elif format == "csv":
+        raise InvalidInput("--polynomials and --format csv exclude each other: table or json")
+    else:
+        print(WITH_POLYNOMIALS[format](solution, sensitivities).rstrip("
+"))
 
 
 @app.command(epilog=example("loci --over gamma --start 0 --stop 20 --plot loci.svg"))

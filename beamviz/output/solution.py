@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
+from beamviz.output.shape_polynomials import elastodyn_lines, shape_polynomials
 from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
@@ -20,6 +21,11 @@ EQUILIBRIUM_KEYS = (
 
 def solution_json(solution: Solution, with_sensitivities: bool = False) -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
+    return json_text(solution_record(solution, with_sensitivities))
+
+
+def solution_record(solution: Solution, with_sensitivities: bool) -> dict[str, Any]:
+    """The record of the JSON."""
     state = solution.equilibrium
     data = {
         "beam": solution.beam.record,
@@ -34,7 +40,23 @@ def solution_json(solution: Solution, with_sensitivities: bool = False) -> str:
         data["units"] = units_record(units)
         if properties := solution.beam.mass_properties:
             data["mass_properties"] = properties._asdict()
-    return json_text(data)
+    return data
+
+
+def json_with_polynomials(solution: Solution, with_sensitivities: bool) -> str:
+    """The JSON with the shapes as polynomials."""
+    polynomials = [each._asdict() for each in shape_polynomials(solution)]
+    record = solution_record(solution, with_sensitivities)
+    return json_text(record | {"shape_polynomials": polynomials})
+
+
+def table_with_polynomials(solution: Solution, with_sensitivities: bool) -> str:
+    """The table, and the shapes as lines of an ElastoDyn blade file."""
+    polynomials = shape_polynomials(solution)
+    errors = ", ".join(f"{each.label} {each.fit_error:.1g}" for each in polynomials)
+    fit = f"Shapes as polynomials, 1 at the tip; greatest error of each: {errors}"
+    lines = [solution_table(solution, with_sensitivities), "", fit, *elastodyn_lines(polynomials)]
+    return "\n".join(lines)
 
 
 def loads_in_si(solution: Solution) -> dict[str, float]:
@@ -168,3 +190,4 @@ def described_status(solution: Solution) -> str:
 
 
 SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
+WITH_POLYNOMIALS = {"table": table_with_polynomials, "json": json_with_polynomials}
