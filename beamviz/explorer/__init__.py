@@ -16,8 +16,7 @@ from typing import Any
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer import links
-from beamviz.explorer.declarations import tabs
-from beamviz.explorer.feature import first_state
+from beamviz.explorer.feature import first_state, tabs, usual_state
 from beamviz.explorer.first_picture import first_picture
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
@@ -161,8 +160,9 @@ def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]
 
 def opening_picture(scene: Scene, access: Access) -> str:
     """The first picture of pages, of no scene in particular where they may open on another one
-    (that of a presenter, or a later one of a notebook) or on a motion of a lesson."""
-    is_known = not (access.presenter_key or access.framed or first_state(scene, links.PAGE).lesson)
+    (that of a presenter, or a later one of a notebook) or where a feature begins."""
+    begins = first_state(scene, links.PAGE) != usual_state(scene, links.PAGE)
+    is_known = not (access.presenter_key or access.framed or begins)
     return first_picture(scene if is_known else None)
 
 

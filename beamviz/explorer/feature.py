@@ -1,34 +1,42 @@
 """What a feature is: a part of the page that is a function of a snapshot.
 
-A feature is one file in `features`. It declares its tab and its choices, binds its other controls
-and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot, and
-`content` what the page shows. It is an entry of FEATURES
-(`features/__init__.py`); nothing else keeps a list of features, of tabs or of charts.
+A feature is one file in `features`. It declares its tab and its part of the state, binds its other
+controls and makes its jobs when a visitor comes; `wanted` says what it needs of them for a
+snapshot, and `content` what the page shows. It is an entry of FEATURES (`features/__init__.py`);
+nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared, Tab
+from beamviz.explorer.declarations import Choice, Tab, choices_of
 from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import State
+from beamviz.explorer.state import Slice, State
 from beamviz.explorer.view import Picture, SceneView
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 
 
-class Feature(Declared):
-    """A part of the page and what belongs to it: see `Declared` for its tab and its choices."""
+class Feature:
+    """A part of the page and what belongs to it."""
+
+    tab: ClassVar[Tab | None] = None  # None for a feature around the scene
+    state: ClassVar[type[Slice] | None] = None  # its part of the visitor's state
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
-        for choice in self.choices:
+        for choice in self.choices():
             if choice.values:
                 visitor.bind_choice(choice)
+
+    @classmethod
+    def choices(cls) -> Collection[Choice[Any]]:
+        """The choices that belong to the feature alone."""
+        return choices_of(cls.state).values() if cls.state else ()
 
     @classmethod
     def prepare(cls) -> None:
@@ -37,6 +45,11 @@ class Feature(Declared):
     @classmethod
     def begun(cls, state: State) -> State:
         """The state in which a page opens, which the features before it have begun."""
+        return state
+
+    @classmethod
+    def linked(cls, state: State, names: Collection[str]) -> State:
+        """The state that a link describes by the choices of these names, which it has."""
         return state
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
@@ -65,9 +78,21 @@ class Feature(Declared):
         return {}
 
 
+def tabs(features: Iterable[type[Feature]]) -> dict[str, Tab]:
+    """The tabs of features by key, in their order."""
+    declared = (kind.tab for kind in features if kind.tab)
+    return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
+
+
+def usual_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
+    """The state of a scene, with all other choices of these features as usual."""
+    return State.of(scene, (kind.state for kind in features if kind.state))
+
+
 def first_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
     """The state in which a page with these features opens on a scene."""
-    state = State.of(scene)
+    features = tuple(features)
+    state = usual_state(scene, features)
     for kind in features:
         state = kind.begun(state)
     return state

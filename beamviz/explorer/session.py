@@ -24,8 +24,7 @@ from beamviz.drawing.camera import place
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.declarations import tabs
-from beamviz.explorer.feature import Feature
+from beamviz.explorer.feature import Feature, tabs
 from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, with_second

@@ -3,7 +3,6 @@
 import asyncio
 import math
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
-from beamviz.explorer.features.run_up import RunUpRequest, next_speed
+from beamviz.explorer.features.run_up import RunUpRequest, RunUpState, next_speed
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import Scene
@@ -24,7 +23,7 @@ from beamviz.solver import solve
 
 def run_of(beam: Beam) -> RunUp:
     """The run-up of a beam, with a force twice per revolution."""
-    return RunUpRequest.of(replace(State.of(Scene(beam)), force_per_rev=2)).run_up()
+    return RunUpRequest.of(State.of(Scene(beam)).with_values(RunUpState, force_per_rev=2)).run_up()
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +70,7 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     pause(guest)
     guest.edit(coriolis=True)
     guest.do("force_per_rev", "2")
-    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+    guest.do("run_up", until=lambda _: session.visitor.state.slice(RunUpState).run_speed)
     run, amplitude = run_up.answer_of(session.snapshot).result, session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
@@ -127,7 +126,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert "resonances of the run-up" in guest.texts["run-up-list"]
     for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", "3")):
         guest.do(name, value)
-        guest.wait(lambda _: not session.visitor.state.forced_response)
+        guest.wait(lambda _: not session.visitor.state.slice(RunUpState).forced_response)
         with monkeypatch.context() as faster:
             faster.setattr(run_up, "PER_SECOND", 300.0)
             guest.do("run_up", until=lambda _: speed() not in (0.0, 4.0))
@@ -142,7 +141,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
 
 def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loops):
     """Though moments of the scene are drawn between the frames that show a new speed."""
-    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+    guest.do("run_up", until=lambda _: session.visitor.state.slice(RunUpState).run_speed)
 
     async def speeds() -> tuple[float, float]:
         """At a frame, and at that a tenth of a second later; on the event loop, so between other
@@ -151,7 +150,7 @@ def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loop
         for after in (0.0, 0.1):
             session.move(now + after)
             session.tick(now + after)
-            found.append(session.visitor.state.run_speed)
+            found.append(session.visitor.state.slice(RunUpState).run_speed)
         session.last_tick = session.last_shown = time.monotonic()
         return found[0], found[1]
 

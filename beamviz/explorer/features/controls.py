@@ -168,7 +168,7 @@ class Controls(Feature):
             | self.bound_content(state)
             | page.props("undo", disabled=not snapshot.undo)
             | page.props("redo", disabled=not snapshot.redo)
-            | numbers_content(state.case, state.run_speed)
+            | numbers_content(state.shown_case)
         )
 
     def fixed_content(self) -> Content:
@@ -225,10 +225,9 @@ def preferred(state: State, preferences: str) -> State:
     return state if state.opened.view.dark else state.changed("dark", "dark" in words)
 
 
-def numbers_content(case: Case, run_speed: float | None) -> Content:
+def numbers_content(case: Case) -> Content:
     """The numbers of the beam in its units, and the ranges of their sliders; of what is no number
-    the nearest one; run_speed: shown in place of its own."""
-    case = case.changed("gamma", run_speed) if run_speed else case
+    the nearest one."""
     units, content = case.units, page.props("mu-row", hidden=case.units is not None)
     in_space = case.options["plane"] == "both"
     for name in SECTION:
