@@ -16,7 +16,6 @@ R = TypeVar("R", bound=Any)  # a record
 # What another state does to a choice: "changes" it to its own; "keeps" it as it is now; or "ends"
 # it, so that it is as usual.
 Effect = Literal["changes", "keeps", "ends"]
-FIRST_TAB = "frequencies"  # key of the tab that is open at first
 SWITCH = (False, True)  # the values of a choice that is on or off
 
 

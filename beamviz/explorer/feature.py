@@ -7,6 +7,7 @@ nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from beamviz.explorer import page
@@ -54,7 +55,8 @@ class Feature:
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
-        one before: the next frame shows the edit."""
+        one before: the next frame shows the edit. It is not called for a snapshot of a presenter,
+        whose features edit theirs."""
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The requests whose answers the page needs for a snapshot, by the names of the jobs; None
@@ -84,9 +86,16 @@ def tabs(features: Iterable[type[Feature]]) -> dict[str, Tab]:
     return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
 
 
+def first_tab(features: Iterable[type[Feature]]) -> str:
+    """The key of the tab that is open at first; "" without tabs."""
+    return next(iter(tabs(features)), "")
+
+
 def usual_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
     """The state of a scene, with all other choices of these features as usual."""
-    return State.of(scene, (kind.state for kind in features if kind.state))
+    kinds = tuple(features)
+    state = State.of(scene, (kind.state for kind in kinds if kind.state))
+    return replace(state, tab=first_tab(kinds))
 
 
 def first_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
@@ -117,7 +126,7 @@ def progress(jobs: Collection[JobStatus]) -> str:
     time = f" {seconds} s" if seconds else ""
     text = f'computing: {told} <span aria-hidden="true">…{percentage(jobs)}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
-    return text + (cancel if any(job.slow and not job.led for job in jobs) else "")
+    return text + (cancel if any(job.slow and job.is_own for job in jobs) else "")
 
 
 def cancelled(jobs: Iterable[JobStatus]) -> str:
@@ -127,7 +136,7 @@ def cancelled(jobs: Iterable[JobStatus]) -> str:
     if not stopped:
         return ""
     text = f"cancelled: {', '.join(job.name for job in stopped)}"
-    return text + ("" if all(job.led for job in stopped) else RETRY)
+    return text + (RETRY if any(job.is_own for job in stopped) else "")
 
 
 def waiting(snapshot: Snapshot, id: str, tab: Tab) -> Content:
@@ -147,4 +156,4 @@ def waiting_content(id: str, job: JobStatus | None) -> Content:
         return page.html(id, "")
     if job.late:
         return page.html(id, progress([job]))
-    return page.html(id, cancelled([job]) if job.led else RETRY)
+    return page.html(id, RETRY if job.is_own else cancelled([job]))

@@ -18,7 +18,7 @@ from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.declarations import Choice
-from beamviz.explorer.feature import Feature, tabs, usual_state
+from beamviz.explorer.feature import Feature, first_tab, tabs, usual_state
 from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.lessons import LessonState, begun, check_guess, outside
 from beamviz.explorer.page import Content
@@ -195,7 +195,7 @@ def usual(state: State, scene: Scene, name: str) -> State:
     choices that it does not name are the usual ones."""
     before = outside(state)
     state = state.under(state, lambda choice: "ends" if choice.key else "changes")
-    state = replace(state, over=State.over, kept=None)
+    state = replace(state, over=State.over, kept=None, tab=first_tab(PAGE))
     if name:
         begins = begun(state, lesson(name), scene)
         return begins.with_values(LessonState, before_lesson=before)

@@ -20,7 +20,6 @@ from beamviz.blade import Blade, Mass
 from beamviz.checks import check_float
 from beamviz.errors import InvalidInput
 from beamviz.explorer.declarations import (
-    FIRST_TAB,
     SWITCH,
     Choice,
     Effect,
@@ -234,8 +233,8 @@ class State:
 
     # Tabs and lectures
 
-    # The open tab; links check whether there is one of this key.
-    tab: str = field(default=FIRST_TAB, metadata=choice(key=Key("tab", str), undo="keeps"))
+    # The key of the open tab.
+    tab: str = field(default="", metadata=choice(key=Key("tab", str), undo="keeps"))
     # The tab that a presenter had open last, "" for none; the visitor may have opened another one
     # since.
     presented_tab: str = field(default="", metadata=KEEPS)

@@ -24,6 +24,7 @@ from beamviz.explorer.clock import Clock
 from beamviz.explorer.declarations import Choice, Tab
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
+from beamviz.explorer.presenter import led_clock, led_inputs, led_state
 from beamviz.explorer.second_beam import comparison_case, second_of
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
@@ -153,27 +154,26 @@ class Visitor:
     # Snapshots
 
     def next_inputs(self) -> Inputs:
-        """The inputs of the next frame, in which a quick solve is done. While the visitor follows a
-        presenter, they are the presenter's, but for the viewpoint, a file that is being written,
-        and the tab until the presenter opens another one; nothing is computed then."""
+        """The inputs of the next frame, in which a quick solve is done; those of a presenter whom
+        the visitor follows."""
         with self.lock:
-            led = self.presenter() if self.state.following else None
-            if not led:
+            led = self.followed
+            if led is None:
                 case = self.state.shown_case
                 self.solver.request(Cases(case, comparison_case(self.state, case)))
             self.outdated = False  # what changes from here on is for the next snapshot
             if led:
-                self.state = following(self.state, led.state)
-                self.clock = replace(led.clock, transition=self.clock.transition)
+                self.state = led_state(self.state, led.state)
+                self.clock = led_clock(self.clock, led.clock)
             inputs = self.inputs()
-            self.shown = inputs.jobs
-        if led is None:
-            return inputs
-        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison")}
-        jobs = {name: job._replace(led=True) for name, job in led.jobs.items()}
-        jobs |= {name: inputs.jobs[name] for name in self.own_jobs}
-        self.shown = MappingProxyType(jobs)
-        return replace(inputs, **answers, jobs=self.shown, is_led=True)
+        inputs = led_inputs(inputs, led, self.own_jobs) if led else inputs
+        self.shown = inputs.jobs
+        return inputs
+
+    @property
+    def followed(self) -> Snapshot | None:
+        """The last snapshot of the presenter whom the visitor follows, None without one."""
+        return self.presenter() if self.state.following else None
 
     def inputs(self) -> Inputs:
         """The inputs of this moment."""
@@ -283,12 +283,3 @@ def changed(name: str, state: State, value: Any) -> State:
 
 def option_of(name: str, state: State) -> Any:
     return state.case.options[name]
-
-
-def following(state: State, led: State) -> State:
-    """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
-    tab = state.tab if state.presented_tab == led.tab else led.tab
-    same_frame = state.view.rotating_frame == led.view.rotating_frame
-    turned = state.turned if same_frame else None
-    shown = state.under(led, attrgetter("led"))
-    return replace(shown, turned=turned, tab=tab, presented_tab=led.tab)

@@ -21,11 +21,12 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
-from beamviz.explorer.declarations import FIRST_TAB, Tab
+from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import MotionState
 from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progress
 from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.lessons import LessonState
+from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
 from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import Content
@@ -190,7 +191,7 @@ def dragged(state: State) -> str:
         return "the beam aside, and let it go"
     speed = (
         "the line of the speed in the chart below"
-        if state.tab == FIRST_TAB
+        if state.tab == LociTab.tab.key
         else "the slider of the speed"
     )
     return f"the mass along the beam, or {speed}" if has_mass(state.case) else speed

@@ -19,9 +19,10 @@ from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import lines_of
-from beamviz.explorer.declarations import FIRST_TAB, Key, Tab, choice, count_key
+from beamviz.explorer.declarations import Key, Tab, choice, count_key
 from beamviz.explorer.experiment import MotionState, of_lesson
 from beamviz.explorer.feature import Feature, fading
+from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -247,7 +248,7 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
-    tab = named[0] if named else FIRST_TAB
+    tab = named[0] if named else LociTab.tab.key
     loaded = of_lesson(state.loaded(scene).after("lesson"), lesson)
     loaded = replace(loaded, tab=tab, rate=lesson_rate(lesson.name)).at_home(lesson.scene)
     return loaded.with_values(LessonState, lesson=lesson.name, before_lesson=outside(state))

@@ -182,7 +182,7 @@ class RunUpTab(Feature):
         """Increase the speed of a run-up after `elapsed` [s]."""
         speed, answer = snapshot.state.slice(RunUpState).run_speed, answer_of(snapshot)
         visitor = self.visitor
-        if speed is None or answer is None or snapshot.is_led:
+        if speed is None or answer is None:
             return
         with visitor.lock:
             if visitor.state.slice(RunUpState).run_speed == speed:
