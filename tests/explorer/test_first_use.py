@@ -409,6 +409,13 @@ def test_back_and_forward_go_between_scenes(desk):
         "location.search.includes('lesson=nodes') && !document.getElementById('lesson').hidden"
     )
     wait_until(lambda: desk.number("beta") == 0.3)
+    desk.send("lesson", "", until="document.getElementById('lesson').hidden")
+    desk.send("real.preset", "steel beam", until="location.search.includes('length=')")
+    desk.evaluate("new Promise(done => setTimeout(done, 700))")
+    desk.evaluate("history.back()")
+    desk.wait("location.search === ''")  # that from before the lesson, not one of before an edit
+    desk.send("undo", until="location.search.includes('length=')")
+    desk.send("undo", until="location.search === ''")
 
 
 def test_on_half_of_a_screen_the_sliders_are_in_view(desk):

@@ -28,6 +28,7 @@ from beamviz.drawing.comparison import number
 from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
+from beamviz.explorer.feature import usual_state
 from beamviz.explorer.features import files
 from beamviz.explorer.features.lessons import LessonState, begun
 from beamviz.explorer.features.mass_drag import DragState
@@ -543,7 +544,8 @@ def test_an_edit_before_a_page_is_ready_is_in_its_address():
     """It is not that of the page without a query."""
     with offline():
         client: Any = Client()
-        early = visitor_module.Visitor(client, State.of(STILL), Workers(), schedule=lambda: None)
+        first = usual_state(STILL, PAGE)
+        early = visitor_module.Visitor(client, first, Workers(), schedule=lambda: None)
         early.change(partial(State.changed, name="gamma", value=21.0))
         own = session.Session(early, PAGE)
         early.update(lambda state: replace(state, reserved=()))

@@ -161,14 +161,8 @@ const beamviz = (() => {
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
 
-  /**
-   * What makes an address that of another scene: its lesson, or a real beam.
-   * @param {string} query
-   */
-  function sceneOf(query) {
-    const keys = new URLSearchParams(query);
-    return `${keys.get("lesson") ?? ""} ${keys.has("length")}`;
-  }
+  /** @type {(query: string) => string} */
+  const lessonOf = (query) => new URLSearchParams(query).get("lesson") ?? "";
 
   /**
    * Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE.
@@ -178,8 +172,9 @@ const beamviz = (() => {
     if (address !== null) return void (address = query);
     address = query;
     const url = location.pathname + (query && `?${query}`);
-    if (sceneOf(query) === sceneOf(location.search)) replaceAddress(url);
-    else history.pushState(null, "", url); // Back returns to it
+    const lesson = lessonOf(query);
+    if (lesson && lesson !== lessonOf(location.search)) history.pushState(null, "", url); // Back returns to the scene before
+    else replaceAddress(url); // all else is undone by steps: Back would lose them
     setTimeout(() => {
       const latest = address;
       address = null;
