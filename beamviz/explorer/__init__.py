@@ -144,8 +144,9 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
 @contextmanager
 def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
     """A running explorer: the URL for visitors, and its frame loop."""
-    contents = {key: (tab.name, tab.content) for key, tab in tabs(links.PAGE).items()}
-    insert = partial(insert_page, tabs=contents, first_picture=opening_picture(scene, access))
+    styles = [kind.style for kind in links.PAGE if kind.style]
+    first_picture = opening_picture(scene, access)
+    insert = partial(insert_page, tabs=tabs(links.PAGE), styles=styles, first_picture=first_picture)
     with run_server(access, insert) as server:
         access = replace(access, port=server.get_port())
         self_test(server, access)

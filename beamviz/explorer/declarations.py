@@ -140,6 +140,7 @@ class Tab(NamedTuple):
 
     name: str
     place: int  # tabs are in ascending order of their places
+    help: str  # what it shows, and what can be done there: a sentence of the help
     content: str = ""  # HTML; a feature may replace it by `html("tab-<key>", ...)`
     waits_for: tuple[str, ...] = ()  # the jobs, in their order, that its first result takes
 

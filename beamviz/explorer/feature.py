@@ -26,6 +26,7 @@ class Feature:
     """A part of the page and what belongs to it."""
 
     tab: ClassVar[Tab | None] = None  # None for a feature around the scene
+    style: ClassVar[str] = ""  # name of its file of CSS, in the folder `features`
     state: ClassVar[type[Slice] | None] = None  # its part of the visitor's state
 
     def __init__(self, visitor: Visitor):

@@ -38,7 +38,10 @@ def new_feature() -> type[Feature]:
 
     class Marks(Feature):
         tab = Tab(
-            "Marks", 20, page.select("grid_of_marks", "grid", GRIDS) + '<p id="grid-text"></p>'
+            "Marks",
+            20,
+            "A grid of marks",
+            page.select("grid_of_marks", "grid", GRIDS) + '<p id="grid-text"></p>',
         )
         state = MarksState
 

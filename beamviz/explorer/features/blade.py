@@ -93,6 +93,7 @@ class BladePanel(Feature):
     """The panel, in place of that of a uniform beam, where properties vary, there are more bodies,
     or the root is not clamped; or where the kind of section is ALONG."""
 
+    style = "blade.css"
     state = BladeState
 
     def __init__(self, visitor: Visitor):

@@ -91,7 +91,8 @@ class FileState(Slice):
 class Files(Feature):
     """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
-    tab = Tab("Export", 10)
+    style = "files.css"
+    tab = Tab("Export", 10, "Scenes, pictures, films and numbers as files")
     state = FileState
 
     def __init__(self, visitor: Visitor):

@@ -90,7 +90,8 @@ class LessonState(Slice):
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
-    tab = Tab("Lessons", 9)
+    style = "lessons.css"
+    tab = Tab("Lessons", 9, "A question, what to do, the answer with its number, and a challenge")
     state = LessonState
 
     def __init__(self, visitor: Visitor):

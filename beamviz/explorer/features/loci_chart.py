@@ -68,6 +68,7 @@ class LociTab(Feature):
     tab = Tab(
         "Frequencies",
         1,
+        "The frequencies over a number of the beam: drag its line, press a crossing to go there",
         page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False),
         (SOLUTION, CHART),
     )

@@ -163,7 +163,14 @@ class MapState(Slice):
 class MapTab(Feature):
     """The choices, the map and its legend."""
 
-    tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"), (SOLUTION, JOB))
+    style = "map.css"
+    tab = Tab(
+        "Map",
+        2,
+        "A frequency, or the smallest gap, over two numbers: press it to go there",
+        page.chart_tab(TOOLS, "map-chart", "map-text"),
+        (SOLUTION, JOB),
+    )
     state = MapState
 
     def __init__(self, visitor: Visitor):

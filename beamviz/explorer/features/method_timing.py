@@ -117,7 +117,13 @@ class MethodTimingTab(Feature):
     """The method in use, and the chart of all methods if that is switched on. They are only timed
     while the tab is open: another one needs the processor, and would falsify them."""
 
-    tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"), (SOLUTION, JOB))
+    tab = Tab(
+        "Methods",
+        8,
+        "The time and the error of every method of solution",
+        page.chart_tab(TOOLS, "timing-chart", "timings"),
+        (SOLUTION, JOB),
+    )
     state = TimingState
 
     def __init__(self, visitor: Visitor):

@@ -183,7 +183,14 @@ CONTENT = (
 class MotionTab(Feature):
     """The experiment, its charts, and the moment that the scene plays."""
 
-    tab = Tab("Motion", 7, CONTENT, (JOB,))
+    style = "motion.css"
+    tab = Tab(
+        "Motion",
+        7,
+        "Motion in time: pull the beam and let go, spin it up, stop it",
+        CONTENT,
+        (JOB,),
+    )
     state = MotionState
 
     def __init__(self, visitor: Visitor):

@@ -169,7 +169,13 @@ TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data
 class RunUpTab(Feature):
     """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
-    tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"), (JOB,))
+    tab = Tab(
+        "Run-up",
+        6,
+        "The speed rises from rest under a periodic force, through the resonances",
+        page.chart_tab(TOOLS, "run-up-chart", "run-up-list"),
+        (JOB,),
+    )
     state = RunUpState
 
     def __init__(self, visitor: Visitor):

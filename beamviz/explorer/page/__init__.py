@@ -20,6 +20,7 @@ from viser import ClientHandle, GuiEvent, ViserServer
 from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, strength_text
+from beamviz.explorer.declarations import Tab
 from beamviz.explorer.page.messages import decode_action, encode_update
 from beamviz.files import package_text
 from beamviz.frequency_loci.events import EVENT_KINDS
@@ -76,14 +77,19 @@ class Action(NamedTuple):
 
 
 def insert_page(
-    viser_page: str, tabs: Mapping[str, tuple[str, str]], first_picture: str = ""
+    viser_page: str,
+    tabs: Mapping[str, Tab],
+    styles: Iterable[str] = (),
+    first_picture: str = "",
 ) -> str:
-    """viser's page with our elements around its scene, our style and our scripts. tabs: names and
-    contents (HTML) by key, in their order; first_picture: HTML in place of the scene until that has
-    come."""
-    style, script = package_text(*STYLES), package_text(*SCRIPTS)
-    heads = panels = ""
-    for k, (key, (name, content)) in enumerate(tabs.items()):
+    """viser's page with our elements around its scene, our style and our scripts. tabs: by key, in
+    their order; styles: names of the CSS files of features; first_picture: HTML in place of the
+    scene until that has come."""
+    of_features = (f"explorer/features/{name}" for name in styles)
+    style, script = package_text(*STYLES, *of_features), package_text(*SCRIPTS)
+    heads = panels = help_rows = ""
+    for k, (key, (name, _, about, content, _)) in enumerate(tabs.items()):
+        help_rows += f"<tr><td>{name}</td><td>{escape(about)}</td></tr>"
         tab, panel = f"to-{key}", f"tab-{key}"
         shown = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
         heads += button(name, role="tab", aria_selected=k == 0, **shown)
@@ -93,7 +99,8 @@ def insert_page(
         f"<tr><td>{parameter.symbol}</td><td>{parameter.label}</td><td>{parameter.formula}</td></tr>"
         for parameter in PARAMETERS.values()
     )
-    parts = {"tabs": heads, "panels": panels, "symbols": symbols, "first_picture": first_picture}
+    parts = {"tabs": heads, "panels": panels, "symbols": symbols, "help": help_rows}
+    parts["first_picture"] = first_picture
     markup = package_text("explorer/page/page.html").format(**parts)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
