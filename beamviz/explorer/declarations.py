@@ -143,6 +143,10 @@ class Tab(NamedTuple):
     help: str  # what it shows, and what can be done there: a sentence of the help
     content: str = ""  # HTML; a feature may replace it by `html("tab-<key>", ...)`
     waits_for: tuple[str, ...] = ()  # the jobs, in their order, that its first result takes
+    # The name of the tab of which it is another view, in the place of that; "" for a tab alone.
+    beside: str = ""
+    view: str = ""  # what it is called as such
+    is_aside: bool = False  # it is among the tabs only while it is open
 
     @property
     def key(self) -> str:

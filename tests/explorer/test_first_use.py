@@ -429,7 +429,7 @@ def test_on_half_of_a_screen_the_sliders_are_in_view(desk):
 def test_a_tab_stays_at_its_place_when_it_is_opened(desk, size):
     """Beside the others, in full rows, its name not cut off, though it is bold then."""
     desk.resize(*size)
-    every = "[...document.querySelectorAll('#dock [role=tab]')]"
+    every = "[...document.querySelectorAll('#dock [role=tab]:not([hidden])')]"
     places = f"(all => all.map(e => [e.offsetLeft, e.offsetTop - all[0].offsetTop]))({every})"
     before = desk.evaluate(places)
     for k in range(len(before)):
@@ -612,7 +612,9 @@ def test_the_beam_does_not_swing_behind_the_invitation(url, size):
 def test_the_menu_of_methods_has_a_visible_name(desk, size):
     """Beside it: its choices alone, as "auto", do not say what they are of."""
     desk.resize(*size)
-    menu = "document.querySelector('#status select[data-set=method]')"
+    desk.evaluate(f"{by_id('model')}.closest('details').open = true")
+    menu = "document.querySelector('select[data-set=method]')"
+    desk.evaluate(f"{menu}.scrollIntoView()")
     name = f"{menu}.labels[0].firstChild"
     assert desk.evaluate(f"{name}.textContent.trim()") == "method"
     letters = f"(r => (r.selectNode({name}), r.getBoundingClientRect().toJSON()))(new Range())"

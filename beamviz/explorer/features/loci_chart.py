@@ -71,6 +71,7 @@ class LociTab(Feature):
         "The frequencies over a number of the beam: drag its line, press a crossing to go there",
         page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False),
         (SOLUTION, CHART),
+        view="chart",
     )
 
     def __init__(self, visitor: Visitor):

@@ -170,6 +170,8 @@ class MapTab(Feature):
         "A frequency, or the smallest gap, over two numbers: press it to go there",
         page.chart_tab(TOOLS, "map-chart", "map-text"),
         (SOLUTION, JOB),
+        beside="Frequencies",
+        view="map",
     )
     state = MapState
 

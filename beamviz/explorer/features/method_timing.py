@@ -119,10 +119,11 @@ class MethodTimingTab(Feature):
 
     tab = Tab(
         "Methods",
-        8,
+        11,
         "The time and the error of every method of solution",
         page.chart_tab(TOOLS, "timing-chart", "timings"),
         (SOLUTION, JOB),
+        is_aside=True,
     )
     state = TimingState
 

@@ -190,6 +190,7 @@ class MotionTab(Feature):
         "Motion in time: pull the beam and let go, spin it up, stop it",
         CONTENT,
         (JOB,),
+        view="in time",
     )
     state = MotionState
 

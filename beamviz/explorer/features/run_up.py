@@ -175,6 +175,8 @@ class RunUpTab(Feature):
         "The speed rises from rest under a periodic force, through the resonances",
         page.chart_tab(TOOLS, "run-up-chart", "run-up-list"),
         (JOB,),
+        beside="Motion",
+        view="run-up",
     )
     state = RunUpState
 

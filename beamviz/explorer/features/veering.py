@@ -201,6 +201,8 @@ class VeeringTab(Feature):
         "Two frequencies that come close, magnified, and how the shapes of their modes mix",
         SKELETON,
         (SOLUTION, CHART, JOB),
+        beside="Frequencies",
+        view="veering",
     )
 
     def __init__(self, visitor: Visitor):

@@ -9,7 +9,7 @@ import json
 import math
 import re
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -87,23 +87,57 @@ def insert_page(
     scene until that has come."""
     of_features = (f"explorer/features/{name}" for name in styles)
     style, script = package_text(*STYLES, *of_features), package_text(*SCRIPTS)
-    heads = panels = help_rows = ""
-    for k, (key, (name, _, about, content, _)) in enumerate(tabs.items()):
-        help_rows += f"<tr><td>{name}</td><td>{escape(about)}</td></tr>"
-        tab, panel = f"to-{key}", f"tab-{key}"
-        shown = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
-        heads += button(name, role="tab", aria_selected=k == 0, **shown)
-        shown = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
-        panels += f'<div role="tabpanel" tabindex="0"{attributes(**shown)}>{content}</div>'
+    heads = views = panels = help_rows = ""
+    for k, (key, tab) in enumerate(tabs.items()):
+        help_rows += f"<tr><td>{tab.name}</td><td>{escape(tab.help)}</td></tr>"
+        shown = {"id": f"tab-{key}", "aria_labelledby": f"to-{key}", "hidden": k > 0}
+        panels += f'<div role="tabpanel" tabindex="0"{attributes(**shown)}>{tab.content}</div>'
+        if not tab.beside:
+            group = [tab, *(other for other in tabs.values() if other.beside == tab.name)]
+            heads += head_of(tab, group, is_open=k == 0)
+            views += views_of(group, is_open=k == 0) if len(group) > 1 else ""
     symbols = "".join(
         f"<tr><td>{parameter.symbol}</td><td>{parameter.label}</td><td>{parameter.formula}</td></tr>"
         for parameter in PARAMETERS.values()
     )
-    parts = {"tabs": heads, "panels": panels, "symbols": symbols, "help": help_rows}
+    parts = {"tabs": heads, "views": views, "panels": panels, "symbols": symbols, "help": help_rows}
     parts["first_picture"] = first_picture
     markup = package_text("explorer/page/page.html").format(**parts)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def head_of(tab: Tab, group: Iterable[Tab], *, is_open: bool) -> str:
+    """The head (HTML) of a tab and its other views."""
+    return button(
+        tab.name,
+        id=f"to-{tab.key}",
+        role="tab",
+        aria_selected=is_open,
+        aria_controls=f"tab-{tab.key}",
+        data_panels=" ".join(f"tab-{view.key}" for view in group),
+        tabindex=None if is_open else -1,
+        hidden=tab.is_aside and not is_open,
+        data_aside="" if tab.is_aside else None,
+    )
+
+
+def views_of(group: Sequence[Tab], *, is_open: bool) -> str:
+    """The buttons (HTML) that choose one of the views of a tab, the first one its own."""
+    first, *_ = group
+    buttons = "".join(
+        button(
+            view.view,
+            id=None if view is first else f"to-{view.key}",
+            class_="quiet",
+            data_panel=f"tab-{view.key}",
+            aria_pressed=view is first,
+        )
+        for view in group
+    )
+    shown = attributes(aria_label=f"Views of {first.name}", data_of=f"to-{first.key}")
+    hidden = "" if is_open else " hidden"
+    return f'<div class="views" role="group"{shown}{hidden}>{buttons}</div>'
 
 
 def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
