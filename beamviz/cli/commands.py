@@ -123,13 +123,11 @@ def modes(
     if solution.stats.seconds < REPEATED:  # most of which was the first import of libraries
         solution = solve(beam, modes=modes, **options)
     if not polynomials:
-        print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("
-"))
+        print(SOLUTION_FORMATS[format](solution, sensitivities).rstrip("\n"))
     elif format == "csv":
         raise InvalidInput("--polynomials and --format csv exclude each other: table or json")
     else:
-        print(WITH_POLYNOMIALS[format](solution, sensitivities).rstrip("
-"))
+        print(WITH_POLYNOMIALS[format](solution, sensitivities).rstrip("\n"))
 
 
 @app.command(epilog=example("loci --over gamma --start 0 --stop 20 --plot loci.svg"))

@@ -16,8 +16,7 @@ from typing import Any
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer import links
-from beamviz.explorer.declarations import tabs
-from beamviz.explorer.feature import first_state
+from beamviz.explorer.feature import first_state, tabs, usual_state
 from beamviz.explorer.first_picture import first_picture
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
@@ -145,8 +144,9 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
 @contextmanager
 def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
     """A running explorer: the URL for visitors, and its frame loop."""
-    contents = {key: (tab.name, tab.content) for key, tab in tabs(links.PAGE).items()}
-    insert = partial(insert_page, tabs=contents, first_picture=opening_picture(scene, access))
+    styles = [kind.style for kind in links.PAGE if kind.style]
+    first_picture = opening_picture(scene, access)
+    insert = partial(insert_page, tabs=tabs(links.PAGE), styles=styles, first_picture=first_picture)
     with run_server(access, insert) as server:
         access = replace(access, port=server.get_port())
         self_test(server, access)
@@ -161,8 +161,9 @@ def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]
 
 def opening_picture(scene: Scene, access: Access) -> str:
     """The first picture of pages, of no scene in particular where they may open on another one
-    (that of a presenter, or a later one of a notebook) or on a motion of a lesson."""
-    is_known = not (access.presenter_key or access.framed or first_state(scene, links.PAGE).lesson)
+    (that of a presenter, or a later one of a notebook) or where a feature begins."""
+    begins = first_state(scene, links.PAGE) != usual_state(scene, links.PAGE)
+    is_known = not (access.presenter_key or access.framed or begins)
     return first_picture(scene if is_known else None)
 
 

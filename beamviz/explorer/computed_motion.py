@@ -16,7 +16,7 @@ from beamviz.dynamics.pull import PulledBeam, pulled
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
-from beamviz.explorer.experiment import Experiment
+from beamviz.explorer.experiment import Experiment, MotionState
 from beamviz.explorer.film import Film, HeldShapes, time_text
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.snapshot import Inputs
@@ -189,9 +189,10 @@ class Computed:
 
 def wanted(state: State) -> MotionRequest | None:
     """The motion that a state describes; None where there is an obstacle."""
-    if obstacle_of(state.case, state.experiment):
+    experiment = state.slice(MotionState).experiment
+    if obstacle_of(state.case, experiment):
         return None
-    return MotionRequest.of(state.case, state.experiment)
+    return MotionRequest.of(state.case, experiment)
 
 
 def obstacle_of(case: Case, experiment: Experiment) -> Obstacle | None:
@@ -204,7 +205,7 @@ def obstacle_of(case: Case, experiment: Experiment) -> Obstacle | None:
 
 def can_move(state: State) -> bool:
     """Whether some experiment with the beam and the model of a state has a motion."""
-    obstacle = obstacle_of(state.case, state.experiment)
+    obstacle = obstacle_of(state.case, state.slice(MotionState).experiment)
     return obstacle is None or not obstacle.of_beam
 
 
@@ -232,14 +233,14 @@ class PullRequest(NamedTuple):
     def of(cls, state: State) -> Self:
         """The request for a state in which the beam is pulled. Raises InvalidInput for a number out
         of range."""
-        hold = state.hold
+        hold = state.slice(MotionState).hold
         assert hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
         return cls(state.case.beam, options, hold.at, hold.deflection, hold.number)
 
     def is_of(self, state: State) -> bool:
         """Whether it is the beam of a state, and where it is held, by any distance."""
-        if not state.hold:
+        if not state.slice(MotionState).hold:
             return False
         try:
             now = PullRequest.of(state)
@@ -261,5 +262,5 @@ def film_of(inputs: Inputs) -> Film | None:
         x = stations(beam.beta if beam.alpha else 1.0)
         shapes = HeldShapes(beam, x, held.result.position(x))
         return Film(beam, shapes, None, 1.0, lambda _: True)
-    answer = answer_of(inputs) if state.in_motion else None
+    answer = answer_of(inputs) if state.slice(MotionState).in_motion else None
     return answer.result.film if answer and answer.result else None

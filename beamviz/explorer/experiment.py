@@ -2,13 +2,16 @@
 to the mass."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from operator import attrgetter
 from typing import Any, NamedTuple, Self
 
 from beamviz.beam import Beam
 from beamviz.checks import check_choice, check_float
 from beamviz.dynamics.drives import Hub, Ramp
 from beamviz.errors import InvalidInput
+from beamviz.explorer.declarations import Key, choice, number_key, switch_key
+from beamviz.explorer.state import Slice, State
 from beamviz.input_files import check_keys
 from beamviz.lessons.model import Lesson
 from beamviz.scene import check_bool, inline_toml
@@ -161,9 +164,68 @@ class Experiment:
         }
 
 
-def motion_of(lesson: Lesson) -> dict[str, Any]:
-    """The values of the state, by field, with which a lesson begins."""
-    return {"experiment": Experiment(**lesson.motion), "in_motion": bool(lesson.motion)}
-
-
 PULLED = Experiment()  # as usual: pulled at the tip and let go
+
+
+class Hold(NamedTuple):
+    """The beam while the visitor pulls it."""
+
+    at: float  # the point x that is pulled
+    deflection: float  # of the point [L]
+    held: bool = True  # by the pointer; False: the beam is released as soon as the force is known
+    number: int = 0  # of the pull, different for each
+
+
+@dataclass(frozen=True)
+class MotionState(Slice):
+    """The motion in time of a visitor."""
+
+    experiment: Experiment = field(
+        default=PULLED,
+        metadata=choice(
+            key=Key("motion", Experiment.of, attrgetter("text"), is_table=True), until=("opened",)
+        ),
+    )
+    # The scene shows it.
+    in_motion: bool = field(
+        default=False, metadata=choice(key=switch_key("moving"), until=("scene", "modes"))
+    )
+    # At which the motion is paused, or from which it is to continue [T*]; None while it plays.
+    moment: float | None = field(
+        default=0.0,
+        metadata=choice(
+            key=number_key("moment", 0.0, RANGES["until"].limits[1]),
+            undo="keeps",
+            until=("scene",),
+        ),
+    )
+    # Of the beam while it is pulled.
+    hold: Hold | None = field(default=None, metadata=choice(undo="ends", led="ends"))
+
+    @property
+    def in_hand(self) -> bool:
+        return self.hold is not None
+
+    def at_home(self, opened: Self) -> Self:
+        return replace(self, experiment=opened.experiment, in_motion=opened.in_motion)
+
+
+def of_lesson(state: State, lesson: Lesson) -> State:
+    """With the motion with which a lesson begins."""
+    experiment = Experiment(**lesson.motion)
+    return state.with_values(MotionState, experiment=experiment, in_motion=bool(lesson.motion))
+
+
+def with_experiment(state: State, experiment: Experiment) -> State:
+    """With a motion in time, from its beginning, in the scene; a mass that is caught or dropped is
+    restored where there is none."""
+    state = state.after("motion")
+    if experiment.body != "stays" and not state.case.numbers["alpha"]:
+        state = state.changed("alpha", state.last_alpha)
+    state = state.changed("all_modes", False)
+    return state.with_values(MotionState, experiment=experiment, in_motion=True, moment=0.0)
+
+
+def with_hold(state: State, hold: Hold | None) -> State:
+    """With the beam as it is pulled; None where it is not."""
+    return state.with_values(MotionState, hold=hold)

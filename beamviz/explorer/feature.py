@@ -1,34 +1,44 @@
 """What a feature is: a part of the page that is a function of a snapshot.
 
-A feature is one file in `features`. It declares its tab and its choices, binds its other controls
-and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot, and
-`content` what the page shows. It is an entry of FEATURES
-(`features/__init__.py`); nothing else keeps a list of features, of tabs or of charts.
+A feature is one file in `features`. It declares its tab and its part of the state, binds its other
+controls and makes its jobs when a visitor comes; `wanted` says what it needs of them for a
+snapshot, and `content` what the page shows. It is an entry of FEATURES (`features/__init__.py`);
+nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from dataclasses import replace
+from typing import Any, ClassVar
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared, Tab
+from beamviz.explorer.declarations import Choice, Tab, choices_of
 from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import State
+from beamviz.explorer.state import Slice, State
 from beamviz.explorer.view import Picture, SceneView
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 
 
-class Feature(Declared):
-    """A part of the page and what belongs to it: see `Declared` for its tab and its choices."""
+class Feature:
+    """A part of the page and what belongs to it."""
+
+    tab: ClassVar[Tab | None] = None  # None for a feature around the scene
+    style: ClassVar[str] = ""  # name of its file of CSS, in the folder `features`
+    state: ClassVar[type[Slice] | None] = None  # its part of the visitor's state
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
-        for choice in self.choices:
+        for choice in self.choices():
             if choice.values:
                 visitor.bind_choice(choice)
+
+    @classmethod
+    def choices(cls) -> Collection[Choice[Any]]:
+        """The choices that belong to the feature alone."""
+        return choices_of(cls.state).values() if cls.state else ()
 
     @classmethod
     def prepare(cls) -> None:
@@ -39,9 +49,15 @@ class Feature(Declared):
         """The state in which a page opens, which the features before it have begun."""
         return state
 
+    @classmethod
+    def linked(cls, state: State, names: Collection[str]) -> State:
+        """The state that a link describes by the choices of these names, which it has."""
+        return state
+
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
-        one before: the next frame shows the edit."""
+        one before: the next frame shows the edit. It is not called for a snapshot of a presenter,
+        whose features edit theirs."""
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The requests whose answers the page needs for a snapshot, by the names of the jobs; None
@@ -65,9 +81,28 @@ class Feature(Declared):
         return {}
 
 
+def tabs(features: Iterable[type[Feature]]) -> dict[str, Tab]:
+    """The tabs of features by key, in their order."""
+    declared = (kind.tab for kind in features if kind.tab)
+    return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
+
+
+def first_tab(features: Iterable[type[Feature]]) -> str:
+    """The key of the tab that is open at first; "" without tabs."""
+    return next(iter(tabs(features)), "")
+
+
+def usual_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
+    """The state of a scene, with all other choices of these features as usual."""
+    kinds = tuple(features)
+    state = State.of(scene, (kind.state for kind in kinds if kind.state))
+    return replace(state, tab=first_tab(kinds))
+
+
 def first_state(scene: Scene, features: Iterable[type[Feature]]) -> State:
     """The state in which a page with these features opens on a scene."""
-    state = State.of(scene)
+    features = tuple(features)
+    state = usual_state(scene, features)
     for kind in features:
         state = kind.begun(state)
     return state
@@ -92,7 +127,7 @@ def progress(jobs: Collection[JobStatus]) -> str:
     time = f" {seconds} s" if seconds else ""
     text = f'computing: {told} <span aria-hidden="true">…{percentage(jobs)}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
-    return text + (cancel if any(job.slow and not job.led for job in jobs) else "")
+    return text + (cancel if any(job.slow and job.is_own for job in jobs) else "")
 
 
 def cancelled(jobs: Iterable[JobStatus]) -> str:
@@ -102,7 +137,7 @@ def cancelled(jobs: Iterable[JobStatus]) -> str:
     if not stopped:
         return ""
     text = f"cancelled: {', '.join(job.name for job in stopped)}"
-    return text + ("" if all(job.led for job in stopped) else RETRY)
+    return text + (RETRY if any(job.is_own for job in stopped) else "")
 
 
 def waiting(snapshot: Snapshot, id: str, tab: Tab) -> Content:
@@ -122,4 +157,4 @@ def waiting_content(id: str, job: JobStatus | None) -> Content:
         return page.html(id, "")
     if job.late:
         return page.html(id, progress([job]))
-    return page.html(id, cancelled([job]) if job.led else RETRY)
+    return page.html(id, RETRY if job.is_own else cancelled([job]))

@@ -122,7 +122,7 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     done: float  # fraction computed; 0 where unknown
     note: str  # progress in words
     latest: Q | None = None  # request; None before the first, and while the next is not known yet
-    led: bool = False  # a presenter's job, which the visitor can neither cancel nor repeat
+    is_own: bool = True  # the visitor can cancel and repeat it
 
     @property
     def result(self) -> R | None:

@@ -17,10 +17,10 @@ from beamviz.checks import check_float
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
-from beamviz.explorer.declarations import Choice, tabs
-from beamviz.explorer.feature import Feature
+from beamviz.explorer.declarations import Choice
+from beamviz.explorer.feature import Feature, first_tab, tabs, usual_state
 from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.lessons import GUESS, begun, check_guess
+from beamviz.explorer.features.lessons import LessonState, begun, check_guess, outside
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
@@ -83,7 +83,7 @@ DIFFERENCES = {BEFORE: check_before, ENTERED: check_entered}
 
 def linked_choices() -> dict[str, Choice[Any]]:
     """The choices that links know, by their keys."""
-    declared = (*SHARED.values(), *(choice for kind in PAGE for choice in kind.choices))
+    declared = (*SHARED.values(), *(choice for kind in PAGE for choice in kind.choices()))
     return {choice.key.name: choice for choice in declared if choice.key}
 
 
@@ -182,8 +182,8 @@ def described(keys: dict[str, Any]) -> Link:
             values[choice.name] = choice.key.read(keys[key])
     if "tab" in values:
         check_choice("tab", values["tab"], tuple(tabs(PAGE)))
-    if GUESS.name in values:
-        check_guess(values[GUESS.name], values.get("lesson", ""))
+    if "guess" in values:
+        check_guess(values["guess"], values.get("lesson", ""))
     values |= {key: check(keys[key]) for key, check in DIFFERENCES.items() if key in keys}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
     scene = Scene.from_query({key: keys[key] for key in keys if key not in others}, base)
@@ -193,13 +193,13 @@ def described(keys: dict[str, Any]) -> Link:
 def usual(state: State, scene: Scene, name: str) -> State:
     """The state that a link describes by a scene alone, or by that and the name of a lesson: the
     choices that it does not name are the usual ones."""
-    fields = {one.name: one.usual for one in SHARED.values() if one.key}
-    chosen = {one: value for one, value in state.chosen.items() if one.key is None}
-    outside, state = state.outside, replace(state, over=State.over, chosen=chosen, **fields)
-    state = replace(state, before_lesson=None, kept=None)
+    before = outside(state)
+    state = state.under(state, lambda choice: "ends" if choice.key else "changes")
+    state = replace(state, over=State.over, kept=None, tab=first_tab(PAGE))
     if name:
-        return replace(begun(state, lesson(name), scene), before_lesson=outside)
-    return replace(state.loaded(scene), opened=scene)
+        begins = begun(state, lesson(name), scene)
+        return begins.with_values(LessonState, before_lesson=before)
+    return state.loaded(scene).with_values(LessonState, before_lesson=None).at_home(scene)
 
 
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
@@ -211,10 +211,10 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     for choice in linked_choices().values():
         if choice.name in values:
             state = state.with_choice(choice, values[choice.name])
-    if values.get("moment"):  # the sender has stopped the motion there
-        state = state.changed("playing", False)
+    for kind in PAGE:
+        state = kind.linked(state, values)
     if not name:
-        state = replace(state, opened_motion=(state.experiment, state.in_motion))
+        state = state.at_home(scene)
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
     if BEFORE in values:
         state = replace(state, kept=changed_case(state.case, values[BEFORE]))
@@ -289,7 +289,8 @@ def query_of(state: State, first: State) -> str:
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
-    base = lesson(state.lesson).scene if state.lesson else Scene()
+    name = state.slice(LessonState).lesson
+    base = lesson(name).scene if name else Scene()
     of_scene = scene.to_query(base, without=LASTING)
     found = "&".join(filter(None, (urlencode(pairs), of_scene)))
     if len(found) > MAX_LINK:
@@ -305,14 +306,15 @@ def with_usual_choices(name: str, over: str) -> State:
     """A state with the choices that a link describes by the name of a lesson, or "", and the
     abscissa of its scene. It takes as long as all else of an address, which each edit changes."""
     scene = (lesson(name).scene if name else Scene()).changed(over=over)
-    return usual(State.of(scene), scene, name)
+    return usual(usual_state(scene, PAGE), scene, name)
 
 
 def extra_pairs(state: State) -> dict[str, Any]:
     """The keys and values of a link to a state that are not those of its scene: where a link
     without them describes another one."""
-    without = with_usual_choices(state.lesson, state.over)
-    values: dict[str, Any] = {"lesson": state.lesson} if state.lesson else {}
+    name = state.slice(LessonState).lesson
+    without = with_usual_choices(name, state.over)
+    values: dict[str, Any] = {"lesson": name} if name else {}
     for key, choice in linked_choices().items():
         if choice.key and state[choice] != without[choice]:
             values[key] = choice.key.write(state[choice])

@@ -24,9 +24,9 @@ from beamviz.drawing.camera import place
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.declarations import tabs
-from beamviz.explorer.feature import Feature
+from beamviz.explorer.feature import Feature, tabs
 from beamviz.explorer.jobs import PENDING
+from beamviz.explorer.presenter import led_clock
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, with_second
 from beamviz.explorer.visitor import Visitor
@@ -89,7 +89,7 @@ class Session:
         for feature in self.features:
             picture = feature.picture(inputs, picture)
         picture = with_second(picture, state, inputs.second, inputs.comparison)
-        if not inputs.is_led:
+        if not inputs.is_led:  # the clock of the presenter has their film
             clock = clock.with_film(picture.film, picture.moment)
         return Snapshot.of(replace(inputs, clock=fitted_clock(clock, picture)), picture)
 
@@ -121,8 +121,9 @@ class Session:
         if inputs.state.still and not before.state.still:  # the page has moved until it was known
             inputs = replace(inputs, clock=inputs.clock.begun_again())
         self.snapshot = snapshot = self.with_picture(inputs)
-        for feature in self.features:
-            feature.react(snapshot, elapsed)
+        if not snapshot.is_led:
+            for feature in self.features:
+                feature.react(snapshot, elapsed)
         with visitor.client.atomic():
             self.show_scene(snapshot)
             if snapshot.state.case is not before.state.case:
@@ -150,8 +151,8 @@ class Session:
         snapshot, clock = self.snapshot, self.visitor.clock
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
-        if snapshot.is_led and (led := self.visitor.presenter()):
-            return fitted_clock(replace(led.clock, transition=clock.transition), snapshot.picture)
+        if snapshot.is_led and (led := self.visitor.followed):
+            return fitted_clock(led_clock(clock, led.clock), snapshot.picture)
         if not snapshot.is_moving:
             return clock
         time, picture = elapsed * snapshot.rate * snapshot.state.view.pace, snapshot.picture

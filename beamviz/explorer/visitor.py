@@ -22,15 +22,14 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.declarations import Choice, Tab
-from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
+from beamviz.explorer.presenter import led_clock, led_inputs, led_state
 from beamviz.explorer.second_beam import comparison_case, second_of
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import (
     CHOICES,
-    LASTING,
     SHARED,
     TERMS,
     VIEW_KEYS,
@@ -38,7 +37,6 @@ from beamviz.explorer.state import (
     Refused,
     State,
 )
-from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
@@ -131,19 +129,12 @@ class Visitor:
         self.wake()
 
     def open(self, scene: Scene) -> None:
-        """Show a scene from outside, to which a reset returns. It ends a lesson, which is about
-        another one."""
-        usual: dict[str, Any] = {"experiment": PULLED, "opened_motion": (PULLED, False)}
-        usual |= {"lesson": "", "before_lesson": None}
-        self.change(
-            lambda state: replace(state.loaded(scene).ended("lesson"), opened=scene, **usual),
-            loads=True,
-        )
+        """Show a scene from outside, to which a reset returns."""
+        self.change(lambda state: state.loaded(scene).after("opened").at_home(scene), loads=True)
 
     def reset(self) -> None:
-        """Show the scene and the experiment of the open lesson, or else those that were opened;
-        keep the theme, and a pause."""
-        self.change(at_home, loads=True, replaced="The scene is reset.")
+        """Show the scene that was opened; keep the theme, and a pause."""
+        self.change(lambda state: state.as_opened, loads=True, replaced="The scene is reset.")
 
     def scene_to_save(self) -> Scene:
         """The scene with the second beam. Raises InvalidInput for a number out of range, in the
@@ -163,27 +154,26 @@ class Visitor:
     # Snapshots
 
     def next_inputs(self) -> Inputs:
-        """The inputs of the next frame, in which a quick solve is done. While the visitor follows a
-        presenter, they are the presenter's, but for the viewpoint, a file that is being written,
-        and the tab until the presenter opens another one; nothing is computed then."""
+        """The inputs of the next frame, in which a quick solve is done; those of a presenter whom
+        the visitor follows."""
         with self.lock:
-            led = self.presenter() if self.state.following else None
-            if not led:
+            led = self.followed
+            if led is None:
                 case = self.state.shown_case
                 self.solver.request(Cases(case, comparison_case(self.state, case)))
             self.outdated = False  # what changes from here on is for the next snapshot
             if led:
-                self.state = following(self.state, led.state)
-                self.clock = replace(led.clock, transition=self.clock.transition)
+                self.state = led_state(self.state, led.state)
+                self.clock = led_clock(self.clock, led.clock)
             inputs = self.inputs()
-            self.shown = inputs.jobs
-        if led is None:
-            return inputs
-        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison")}
-        jobs = {name: job._replace(led=True) for name, job in led.jobs.items()}
-        jobs |= {name: inputs.jobs[name] for name in self.own_jobs}
-        self.shown = MappingProxyType(jobs)
-        return replace(inputs, **answers, jobs=self.shown, is_led=True)
+        inputs = led_inputs(inputs, led, self.own_jobs) if led else inputs
+        self.shown = inputs.jobs
+        return inputs
+
+    @property
+    def followed(self) -> Snapshot | None:
+        """The last snapshot of the presenter whom the visitor follows, None without one."""
+        return self.presenter() if self.state.following else None
 
     def inputs(self) -> Inputs:
         """The inputs of this moment."""
@@ -226,7 +216,7 @@ class Visitor:
         """Bind the controls of a choice of a feature, which are those of one of its values."""
 
         def edit(state: State, value: Any) -> State:
-            return state.with_choice(choice, choice.picked(value, state[choice]))
+            return state.picked(choice, value)
 
         self.bind(choice.name, edit, lambda state: state[choice], choice.sent)
 
@@ -283,19 +273,8 @@ class Visitor:
 
 def refused_after(before: State, after: State) -> Refused | None:
     """The entry that is refused after an edit: an earlier one only while case and choices stay."""
-    stays = after.case is before.case and after.chosen is before.chosen
+    stays = after.case is before.case and after.slices == before.slices
     return after.refused if stays or after.refused is not before.refused else None
-
-
-def at_home(state: State) -> State:
-    """With the scene and the experiment of the open lesson, or else those that were opened."""
-    experiment, in_motion = state.opened_motion
-    motion: dict[str, Any] = {"experiment": experiment, "in_motion": in_motion}
-    home = state.opened
-    if state.lesson:
-        home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
-    home = home.changed(**{name: getattr(state.view, name) for name in LASTING})
-    return replace(state.loaded(home), rate=state.rate, **motion)
 
 
 def changed(name: str, state: State, value: Any) -> State:
@@ -304,20 +283,3 @@ def changed(name: str, state: State, value: Any) -> State:
 
 def option_of(name: str, state: State) -> Any:
     return state.case.options[name]
-
-
-def following(state: State, led: State) -> State:
-    """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
-    tab = state.tab if state.presented_tab == led.tab else led.tab
-    kept = {name: getattr(state, name) for name in ("camera", "reserved", "still", "met")}
-    same_frame = state.view.rotating_frame == led.view.rotating_frame
-    values = kept | {
-        "turned": state.turned if same_frame else None,
-        "tab": tab,
-        "presented_tab": led.tab,
-        "following": True,
-        "grip": None,
-        "hold": None,
-        "replaced": "",
-    }
-    return replace(led, **values)

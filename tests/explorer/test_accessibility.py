@@ -11,7 +11,7 @@ from live.server import wait_until
 
 from beamviz.beam import Beam
 from beamviz.drawing.colours import linear
-from beamviz.explorer.declarations import tabs
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.links import PAGE
 from beamviz.scene import Scene
 

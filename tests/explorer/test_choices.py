@@ -2,39 +2,52 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import pytest
 from live.visitor import PAPER, visitor
 
 from beamviz.explorer import explorer, links, page
 from beamviz.explorer.blade_table import Draft
-from beamviz.explorer.declarations import Choice, Tab, name_key
-from beamviz.explorer.feature import Feature
-from beamviz.explorer.features.blade import DRAFT
-from beamviz.explorer.features.files import FILM
-from beamviz.explorer.features.lessons import STEP
-from beamviz.explorer.features.map import ENDS, MAPPED
-from beamviz.explorer.features.method_timing import TIMED
+from beamviz.explorer.declarations import Tab, choice, choices_of, name_key
+from beamviz.explorer.feature import Feature, usual_state
+from beamviz.explorer.features.blade import BladeState
+from beamviz.explorer.features.files import FileState
+from beamviz.explorer.features.lessons import LessonState
+from beamviz.explorer.features.map import MapState
+from beamviz.explorer.features.method_timing import TimingState
 from beamviz.explorer.links import PAGE, linked, linked_choices, parse_link, query_of
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import SHARED, History, State
+from beamviz.explorer.state import SHARED, History, Slice, State
 from beamviz.scene import KEYS, Scene
 
-START = State.of(Scene(PAPER))
+START = usual_state(Scene(PAPER), PAGE)
 GRIDS = ("none", "coarse", "fine")
 
 
 def new_feature() -> type[Feature]:
     """A feature as its file would declare it: a tab with one control, and what it shows."""
-    grid = Choice("grid_of_marks", "none", GRIDS, name_key("grid", GRIDS), until=("scene",))
+
+    @dataclass(frozen=True)
+    class MarksState(Slice):
+        grid_of_marks: str = field(
+            default="none",
+            metadata=choice(values=GRIDS, key=name_key("grid", GRIDS), until=("scene",)),
+        )
 
     class Marks(Feature):
-        tab = Tab("Marks", 20, page.select(grid.name, "grid", GRIDS) + '<p id="grid-text"></p>')
-        choices = (grid,)
+        tab = Tab(
+            "Marks",
+            20,
+            "A grid of marks",
+            page.select("grid_of_marks", "grid", GRIDS) + '<p id="grid-text"></p>',
+        )
+        state = MarksState
 
         def content(self, snapshot: Snapshot) -> Content:
-            return page.html("grid-text", f"The grid is {snapshot.state[grid]}.")
+            grid = snapshot.state.slice(MarksState).grid_of_marks
+            return page.html("grid-text", f"The grid is {grid}.")
 
     return Marks
 
@@ -75,25 +88,29 @@ def test_a_new_feature_is_one_class(marks_url):
 )
 def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
     """It changes it back, or leaves it as it is now, or ends it; only a change is a step."""
-    one, history = Choice[int]("number_of_test", 0, undo=undo), History()
-    before = START.with_choice(one, 1)
-    after = before.changed("gamma", 3.0).with_choice(one, 2)
-    assert after.differences(before) == {"gamma"} | ({one.name} if undo == "changes" else set())
+
+    @dataclass(frozen=True)
+    class Numbered(Slice):
+        number: int = field(default=0, metadata=choice(undo=undo))
+
+    history, before = History(), START.with_values(Numbered, number=1)
+    after = before.changed("gamma", 3.0).with_values(Numbered, number=2)
+    assert after.differences(before) == {"gamma"} | ({"number"} if undo == "changes" else set())
     history.record(before, after, 0.0)
-    now = after if undo == "changes" else after.with_choice(one, 3)
+    now = after if undo == "changes" else after.with_values(Numbered, number=3)
     back = history.undo(now)
-    assert (back[one], back.case) == (undone, before.case)
-    now = back if undo == "changes" else back.with_choice(one, 4)
-    assert history.redo(now)[one] == redone
+    assert (back.slice(Numbered).number, back.case) == (undone, before.case)
+    now = back if undo == "changes" else back.with_values(Numbered, number=4)
+    assert history.redo(now).slice(Numbered).number == redone
 
 
 def test_the_ends_of_a_map_last_as_long_as_its_axes():
     """And its scene; not only as long as its beam."""
-    state = START.with_choice(ENDS, (19.0, 1.0))
-    assert state.changed("gamma", 3.0)[ENDS] == (19.0, 1.0)
-    assert state.changed("over", "delta")[ENDS] is None
-    assert state.changed("across", "mu")[ENDS] is None
-    assert state.loaded(Scene())[ENDS] is None
+    state = START.with_values(MapState, map_ends=(19.0, 1.0))
+    assert state.changed("gamma", 3.0).slice(MapState).map_ends == (19.0, 1.0)
+    across = state.picked(choices_of(MapState)["across"], "mu")
+    for other in (state.changed("over", "delta"), across, state.loaded(Scene())):
+        assert other.slice(MapState).map_ends is None
 
 
 def state_of_link(query: str, before: State = START) -> State:
@@ -107,7 +124,10 @@ def state_of_link(query: str, before: State = START) -> State:
 def test_a_link_without_a_choice_has_the_usual_one():
     """Whatever the page has shown before."""
     state = state_of_link("methods=true&map=3&lesson=nodes&step=2&film=1+period")
-    choices = TIMED, MAPPED, STEP, FILM
+    named = {TimingState: "time_methods", MapState: "mapped", LessonState: "step"}
+    choices = [
+        choices_of(kind)[name] for kind, name in (named | {FileState: "film_length"}).items()
+    ]
     assert [state[one] for one in choices] == [True, 3, 1, "1 period"]
     later = state_of_link("gamma=3", state)
     assert [later[one] for one in choices] == [one.usual for one in choices]
@@ -119,20 +139,20 @@ def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
     long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "") for _ in range(200)))
     state = state_of_link("gamma=3&film=1+period")
     with_room, without = (
-        query_of(state.with_choice(DRAFT, draft), START) for draft in (short, long)
+        query_of(state.with_values(BladeState, draft=draft), START) for draft in (short, long)
     )
-    assert state_of_link(with_room)[DRAFT] == short
+    assert state_of_link(with_room).slice(BladeState).draft == short
     assert without == query_of(state, START)
     assert "film=" in without
 
 
 def test_names_and_keys_of_choices_are_unique():
     """Those of all features, of the state and of a scene."""
-    own = [choice.name for kind in PAGE for choice in kind.choices]
+    own = [one.name for kind in PAGE for one in kind.choices()]
     keys = [
-        choice.key.name
-        for choice in (*SHARED.values(), *(one for kind in PAGE for one in kind.choices))
-        if choice.key
+        one.key.name
+        for one in (*SHARED.values(), *(one for kind in PAGE for one in kind.choices()))
+        if one.key
     ]
     assert max(Counter([*own, *START.values]).values()) == 1
     assert max(Counter([*keys, *KEYS]).values()) == 1
@@ -156,4 +176,4 @@ def test_names_and_keys_of_choices_are_unique():
 def test_the_axes_of_a_link_do_not_depend_on_those_before(before, query, axes):
     """Also where only one is named, which takes the place of the other one."""
     state = state_of_link(query, state_of_link(before))
-    assert (state.over, state.across) == axes
+    assert (state.over, state.slice(MapState).across) == axes

@@ -39,7 +39,7 @@ JOBS = {
         f"{ROWS} >= 5 && {says('twice the mass')} && {says('%')}",
     ),
     "veering with Coriolis forces, shapes in view": (
-        [tab("Veering")],
+        [button("veering")],
         f"{SHAPES}.length === 12 && {SHAPES}.every({SEEN}) && {says('mixed')}",
     ),
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": (
@@ -108,7 +108,7 @@ PLACES = f"""(found => {{
 def test_a_veering_is_seen_with_its_two_modes_in_three_clicks(opened):
     """Coriolis forces, the tab, the event: S1 and B3 are chosen, and move in the scene."""
     click(opened, "document.querySelector('#status [data-set=coriolis]')")
-    click(opened, tab("Veering"))
+    click(opened, button("veering"))
     opened.wait(f"{SHAPES}.length === 12")
     click(opened, EVENT)
     opened.wait(f"{SHOWN}.sort().join() === 'B3,S1'")

@@ -10,6 +10,7 @@ from live.server import wait_until
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
+from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 
@@ -68,7 +69,7 @@ def test_the_main_jobs(desk):
         shown.click(by_id(f"to-{name}"))
         shown.wait(f"!{by_id(f'tab-{name}')}.hidden")
     shown.click("[...document.querySelectorAll('#tab-lessons button')][0]")
-    wait_until(lambda: session.visitor.state.lesson)
+    wait_until(lambda: session.visitor.state.slice(LessonState).lesson)
     shown.wait(f"!{by_id('lesson')}.hidden")
-    assert state.lesson == ""
+    assert state.slice(LessonState).lesson == ""
     assert shown.problems == []

@@ -412,6 +412,13 @@ def test_back_and_forward_go_between_scenes(desk):
         "location.search.includes('lesson=nodes') && !document.getElementById('lesson').hidden"
     )
     wait_until(lambda: desk.number("beta") == 0.3)
+    desk.send("lesson", "", until="document.getElementById('lesson').hidden")
+    desk.send("real.preset", "steel beam", until="location.search.includes('length=')")
+    desk.evaluate("new Promise(done => setTimeout(done, 700))")
+    desk.evaluate("history.back()")
+    desk.wait("location.search === ''")  # that from before the lesson, not one of before an edit
+    desk.send("undo", until="location.search.includes('length=')")
+    desk.send("undo", until="location.search === ''")
 
 
 def test_on_half_of_a_screen_the_sliders_are_in_view(desk):
@@ -425,7 +432,7 @@ def test_on_half_of_a_screen_the_sliders_are_in_view(desk):
 def test_a_tab_stays_at_its_place_when_it_is_opened(desk, size):
     """Beside the others, in full rows, its name not cut off, though it is bold then."""
     desk.resize(*size)
-    every = "[...document.querySelectorAll('#dock [role=tab]')]"
+    every = "[...document.querySelectorAll('#dock [role=tab]:not([hidden])')]"
     places = f"(all => all.map(e => [e.offsetLeft, e.offsetTop - all[0].offsetTop]))({every})"
     before = desk.evaluate(places)
     for k in range(len(before)):
@@ -609,7 +616,9 @@ def test_the_beam_does_not_swing_behind_the_invitation(url):
 def test_the_menu_of_methods_has_a_visible_name(desk, size):
     """Beside it: its choices alone, as "auto", do not say what they are of."""
     desk.resize(*size)
-    menu = "document.querySelector('#status select[data-set=method]')"
+    desk.evaluate(f"{by_id('model')}.closest('details').open = true")
+    menu = "document.querySelector('select[data-set=method]')"
+    desk.evaluate(f"{menu}.scrollIntoView()")
     name = f"{menu}.labels[0].firstChild"
     assert desk.evaluate(f"{name}.textContent.trim()") == "method"
     letters = f"(r => (r.selectNode({name}), r.getBoundingClientRect().toJSON()))(new Range())"

@@ -12,17 +12,17 @@ from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, solutions
-from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.experiment import PULLED, Experiment, MotionState
 from beamviz.explorer.features.lessons import (
     AWAITED,
     CONTROLS,
-    STEP,
     Facts,
+    LessonState,
     controls,
     formatted,
     lesson_html,
 )
-from beamviz.explorer.features.run_up import DAMPED
+from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import typeset
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
@@ -172,8 +172,9 @@ OWN_BEAM = Beam(alpha=2, beta=0.3, gamma=4)
 def shown_state(session: Session) -> tuple[Any, ...]:
     """What belongs to the scene and the experiment of a visitor."""
     state = session.visitor.state
-    motion = state.experiment, state.in_motion, state[DAMPED]
-    return state.case, state.view.shares, state.rate, motion, state.lesson, state[STEP]
+    motion, now = state.slice(MotionState), state.slice(LessonState)
+    experiment = motion.experiment, motion.in_motion, state.slice(RunUpState).damping
+    return state.case, state.view.shares, state.rate, experiment, now.lesson, now.step
 
 
 def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):

@@ -13,7 +13,7 @@ from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
 from beamviz.explorer import links, page
-from beamviz.explorer.declarations import tabs
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.page import SCRIPTS, messages
 from beamviz.files import package_text
 from beamviz.lessons import NAMES

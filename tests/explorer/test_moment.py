@@ -10,7 +10,7 @@ from live.offline import STEP, Desk, lecture, offline
 
 from beamviz.beam import Beam
 from beamviz.explorer import computed_motion
-from beamviz.explorer.experiment import PULLED
+from beamviz.explorer.experiment import PULLED, MotionState
 from beamviz.explorer.features.motion import PRESETS
 from beamviz.scene import Scene
 
@@ -84,7 +84,7 @@ def test_a_motion_that_is_paused_stands_where_it_was(desk):
     desk.frame(2)
     stands = moment(desk)
     assert stands > 0
-    assert desk.state.moment == stands == round(stands, 4)
+    assert desk.state.slice(MotionState).moment == stands == round(stands, 4)
     desk.frame(3)
     assert moment(desk) == stands
     assert linked(desk) == f"{stands}"
@@ -113,7 +113,7 @@ def test_a_motion_that_is_moved_and_paused_at_once_stands_there(desk):
         for edit in edits:
             desk.do(*edit)
         desk.frame(3)
-        assert moment(desk) == dict(edits)["moment"] == desk.state.moment
+        assert moment(desk) == dict(edits)["moment"] == desk.state.slice(MotionState).moment
 
 
 def test_the_motion_of_another_beam_begins_at_its_start_while_it_plays(desk):
@@ -165,7 +165,7 @@ def test_an_experiment_begins_at_its_start(desk, playing):
         desk.frame()
         assert moment(desk) == 0
         desk.frame(4)
-        assert desk.state.experiment == PRESETS[name][1]
+        assert desk.state.slice(MotionState).experiment == PRESETS[name][1]
         assert moment(desk) < 1
     desk.do("moment", 2.0)
     desk.frame(2)
@@ -183,7 +183,7 @@ def test_a_reset_begins_at_the_start(desk):
     desk.frame(2)
     desk.do("reset")
     desk.frame()
-    assert desk.state.experiment == replace(PULLED, until=4.0)
+    assert desk.state.slice(MotionState).experiment == replace(PULLED, until=4.0)
     assert moment(desk) == 0
 
 
@@ -243,7 +243,7 @@ def test_a_lecture_has_the_moment_of_the_presenter(desk):
     assert moment(one) == moment(desk) > 1
     desk.do("playing", False)
     both(3)
-    assert moment(one) == moment(desk) == one.state.moment
+    assert moment(one) == moment(desk) == one.state.slice(MotionState).moment
     one.do("tab", "methods")
     one.do("ghosts", False)
     one.frame(6)
@@ -259,7 +259,8 @@ def pull(desk: Desk, aside: float, held: Callable[[], Any] = lambda: None) -> No
 
     def between() -> None:
         desk.frame(3)
-        if desk.state.hold and desk.state.hold.held and desk.state.hold.deflection:
+        hold = desk.state.slice(MotionState).hold
+        if hold and hold.held and hold.deflection:
             held()
             desk.frame(3)
 
@@ -296,8 +297,8 @@ def test_a_beam_in_the_hand_can_be_let_go_of_where_no_motion_is_offered(desk):
     desk.frame()
     pull(desk, 0.2, lambda: desk.do("only", 0))
     desk.frame(3)
-    assert desk.state.hold is None
-    assert desk.state.experiment.pull != PULLED.pull
+    assert desk.state.slice(MotionState).hold is None
+    assert desk.state.slice(MotionState).experiment.pull != PULLED.pull
 
 
 def test_a_visitor_of_a_lecture_pulls_the_beam(desk):
@@ -308,5 +309,6 @@ def test_a_visitor_of_a_lecture_pulls_the_beam(desk):
     pull(one, 0.2)
     one.frame(3)
     assert not one.state.following
-    assert one.state.experiment.pull != desk.state.experiment.pull
-    assert desk.state.hold is None
+    pulls = [each.state.slice(MotionState).experiment.pull for each in (one, desk)]
+    assert pulls[0] != pulls[1]
+    assert desk.state.slice(MotionState).hold is None

@@ -24,13 +24,13 @@ from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Hub
 from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import TOLERANCE
-from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.experiment import PULLED, Experiment, Hold, MotionState, with_experiment
 from beamviz.explorer.features import real_beam
 from beamviz.explorer.features.beam_pull import BeamPull
 from beamviz.explorer.features.motion import CONTENT, PRESETS
 from beamviz.explorer.links import parse_link
 from beamviz.explorer.session import Session
-from beamviz.explorer.state import Case, Hold, State
+from beamviz.explorer.state import Case, State
 from beamviz.presets import PRESETS as PRESETS_OF_BLADES
 from beamviz.scene import Scene, inline_toml
 from beamviz.solver import solve
@@ -54,6 +54,11 @@ def pulled(guest) -> Visitor:
     guest.do("link", SHORT)
     guest.wait(lambda _: has_chart(guest, 4.0) and guest.charts[CHART].get("cursor"))
     return guest
+
+
+def chosen(session: Session) -> MotionState:
+    """What the visitor has chosen of the motion."""
+    return session.visitor.state.slice(MotionState)
 
 
 def tip_drawn(session: Session) -> np.ndarray:
@@ -121,7 +126,7 @@ def test_the_force_of_a_pull_has_a_prefix(guest, session):
     one = PRESETS_OF_BLADES["nrel-5mw-blade"].beam.units.force
     guest.wait(lambda _: guest.values["motion.pull"] == pytest.approx(1e-6 * one, rel=1e-5))
     guest.do("motion.pull", 2e-6 * one)
-    wait_until(lambda: session.visitor.state.experiment.pull == pytest.approx(2.0))
+    wait_until(lambda: chosen(session).experiment.pull == pytest.approx(2.0))
 
 
 @pytest.mark.parametrize("text", ["{pull=99.0}", "{hub='fast'}", "{colour=1}", "3"])
@@ -195,7 +200,7 @@ def test_the_mass_is_there_while_it_is_on_the_beam(guest, session):
     guest.do("tab", "motion")
     for name, before in (("catch", False), ("drop", True)):
         guest.do("experiment", name)
-        guest.wait(lambda _, own=PRESETS[name][1]: session.visitor.state.experiment == own)
+        guest.wait(lambda _, own=PRESETS[name][1]: chosen(session).experiment == own)
         guest.wait(lambda _: has_chart(guest, 20.0) and session.snapshot.film)
         wait_until(lambda: not session.is_busy)
         for moment, there in ((4.9, before), (5.1, not before)):
@@ -232,8 +237,9 @@ def test_nothing_of_another_beam_is_shown_with_a_number_out_of_range(pulled, ses
     pulled.wait(lambda _: pulled.props[CHART]["hidden"] and session.snapshot.film is None)
     with session.visitor.lock:
         state = session.visitor.state
-        session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
-    wait_until(lambda: session.visitor.state.hold is None)
+        released = Hold(1.0, 0.1, held=False)
+        session.visitor.set_state(state.with_values(MotionState, hold=released))
+    wait_until(lambda: chosen(session).hold is None)
     pulled.do("alpha", 1.0)
     pulled.wait(lambda _: not pulled.props[CHART]["hidden"] and session.snapshot.film)
 
@@ -311,7 +317,7 @@ def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, m
         wait_until(lambda alpha=alpha: session.snapshot.film.beam.alpha == alpha)
         pulled.wait(lambda _, at=moment: pulled.values["moment"] == at)
         catch_up(pulled)
-        assert session.visitor.clock.moment == session.visitor.state.moment == moment
+        assert session.visitor.clock.moment == chosen(session).moment == moment
 
 
 def test_the_lines_of_the_spectrum_are_those_of_the_speed_reached(guest):
@@ -531,7 +537,8 @@ def test_a_motion_starts_in_modes(guest, session):
     assert "swings with 0.05 L in B1 and 0.02 L in B2" in guest.texts["motion-words"]
     with session.visitor.lock:
         state = session.visitor.state
-        session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
+        released = Hold(1.0, 0.1, held=False)
+        session.visitor.set_state(state.with_values(MotionState, hold=released))
     guest.wait(lambda _: guest.values["motion.start"] == "pulled")
 
 
@@ -600,8 +607,9 @@ def test_the_values_of_an_experiment_are_checked():
     assert PULLED.changed("hub", "fast") == PULLED
     assert PULLED.changed("unstiffened", 1) == PULLED
     assert Experiment.of({"body": "caught", "body_at": 2.0}).arguments["catch"] == 2.0
-    state = State.of(Scene()).with_experiment(PRESETS["catch"][1])
-    assert (state.in_motion, state.case) == (True, Case.of(Scene()).changed("alpha", 1.0))
+    state = with_experiment(State.of(Scene()), PRESETS["catch"][1])
+    assert state.slice(MotionState).in_motion
+    assert state.case == Case.of(Scene()).changed("alpha", 1.0)
 
 
 @pytest.mark.parametrize("kind", [".csv", ".npz", ".svg", ".html"])
@@ -635,11 +643,11 @@ def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
         shown.drag(
             shown.at_rest(lambda: place(x - 0.02, y)),
             place(0.93, -0.3),
-            taken=lambda: session.visitor.state.hold,
-            arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
+            taken=lambda: chosen(session).hold,
+            arrived=lambda: abs(chosen(session).hold.deflection + 0.3) < 0.02,
         )
-        wait_until(lambda: session.visitor.state.experiment.pull < 0)
-        own = session.visitor.state.experiment
+        wait_until(lambda: chosen(session).experiment.pull < 0)
+        own = chosen(session).experiment
         held = motion(FIRST.beam, 0.1, release=own.pull, release_at=own.pull_at)
         assert own.pull_at == 1.0
         assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)

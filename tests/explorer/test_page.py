@@ -19,8 +19,7 @@ from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 from beamviz.drawing.comparison import number
 from beamviz.explorer import FrameLoop, explorer
-from beamviz.explorer.features.mass_drag import nearest
-from beamviz.explorer.state import Grip
+from beamviz.explorer.features.mass_drag import DragState, Grip, nearest
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -202,7 +201,9 @@ def test_no_point_without_a_line_of_sight():
 def grip(frame_loops: list[FrameLoop]) -> Grip | None:
     """What the servers know of a drag in one of their pages, of which some may have been closed."""
     sessions = (session for loop in frame_loops for session in list(loop.sessions.values()))
-    return next(filter(None, (session.visitor.state.grip for session in sessions)), None)
+    return next(
+        filter(None, (session.visitor.state.slice(DragState).grip for session in sessions)), None
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The run-up: the speed rises, and the scene shows the forced response."""
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
-from beamviz.explorer.features.run_up import RunUpRequest, next_speed
+from beamviz.explorer.features.run_up import RunUpRequest, RunUpState, next_speed
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import Scene
@@ -22,7 +21,7 @@ from beamviz.solver import solve
 
 def run_of(beam: Beam) -> RunUp:
     """The run-up of a beam, with a force twice per revolution."""
-    return RunUpRequest.of(replace(State.of(Scene(beam)), force_per_rev=2)).run_up()
+    return RunUpRequest.of(State.of(Scene(beam)).with_values(RunUpState, force_per_rev=2)).run_up()
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +68,7 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     pause(guest)
     guest.edit(coriolis=True)
     guest.do("force_per_rev", "2")
-    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+    guest.do("run_up", until=lambda _: session.visitor.state.slice(RunUpState).run_speed)
     run, amplitude = run_up.answer_of(session.snapshot).result, session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
@@ -125,7 +124,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert "resonances of the run-up" in guest.texts["run-up-list"]
     for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", "3")):
         guest.do(name, value)
-        guest.wait(lambda _: not session.visitor.state.forced_response)
+        guest.wait(lambda _: not session.visitor.state.slice(RunUpState).forced_response)
         with monkeypatch.context() as faster:
             faster.setattr(run_up, "PER_SECOND", 300.0)
             guest.do("run_up", until=lambda _: speed() not in (0.0, 4.0))
@@ -140,13 +139,13 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
 
 def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session):
     """Though moments of the scene are drawn between the frames that show a new speed."""
-    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+    guest.do("run_up", until=lambda _: session.visitor.state.slice(RunUpState).run_speed)
 
     def speed(after: float) -> float:
         """At a frame after a time [s]."""
         session.move(CLOCK.time + after)
         session.tick(CLOCK.time + after)
-        return session.visitor.state.run_speed
+        return session.visitor.state.slice(RunUpState).run_speed
 
     before, after = speed(0.0), speed(0.1)
     run = run_up.answer_of(session.snapshot).result

@@ -28,8 +28,10 @@ from beamviz.drawing.comparison import number
 from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
+from beamviz.explorer.feature import usual_state
 from beamviz.explorer.features import files
-from beamviz.explorer.features.lessons import begun
+from beamviz.explorer.features.lessons import LessonState, begun
+from beamviz.explorer.features.mass_drag import DragState
 from beamviz.explorer.links import PAGE
 from beamviz.explorer.state import RATES, State
 from beamviz.lessons import lesson
@@ -502,7 +504,8 @@ def test_a_reset_is_made_of_the_state_that_it_replaces():
 
         visitor.change = late
         visitor.reset()
-        assert (visitor.state.lesson, visitor.state.case.beam) == ("nodes", nodes.scene.beam)
+        assert visitor.state.slice(LessonState).lesson == "nodes"
+        assert visitor.state.case.beam == nodes.scene.beam
 
 
 def test_a_file_is_not_kept_after_it_was_sent(monkeypatch):
@@ -541,7 +544,8 @@ def test_an_edit_before_a_page_is_ready_is_in_its_address():
     """It is not that of the page without a query."""
     with offline():
         client: Any = Client()
-        early = visitor_module.Visitor(client, State.of(STILL), Workers(), schedule=lambda: None)
+        first = usual_state(STILL, PAGE)
+        early = visitor_module.Visitor(client, first, Workers(), schedule=lambda: None)
         early.change(partial(State.changed, name="gamma", value=21.0))
         own = session.Session(early, PAGE)
         early.update(lambda state: replace(state, reserved=()))
@@ -556,7 +560,7 @@ def test_a_mass_is_let_go_of_beyond_the_tip(guest, session):
     start = float(session.view.beam.frame.position[0])
     guest.drag("/scene/rotor/mass", *((start + x, 0.0, 0.0) for x in (0.95, 1.1, 1.2, 1.2)))
     guest.choose("ghosts", False, until=lambda _: not session.visitor.state.view.ghosts)
-    wait_until(lambda: session.visitor.state.grip is None)
+    wait_until(lambda: session.visitor.state.slice(DragState).grip is None)
     assert session.visitor.state.case.numbers["beta"] == 1.0
 
 

@@ -19,8 +19,8 @@ from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
 from beamviz.explorer import computed_loci, computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
-from beamviz.explorer.declarations import tabs
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features import (
     method_timing,
@@ -30,7 +30,9 @@ from beamviz.explorer.features import (
 from beamviz.explorer.features import motion as motion_tab
 from beamviz.explorer.features.beam_pull import BeamPull
 from beamviz.explorer.features.files import FILM_LENGTHS
+from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.features.real_beam import PRESETS
+from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.links import PAGE
@@ -393,7 +395,7 @@ class Edits:
         """Edits in quick succession, the last one about a tab or panel, which is there by then."""
         chance, guest = self.chance, self.guest
         yield self.deal(ALL)
-        if about != "lessons" and guest.state.lesson and chance.random() < LEFT:
+        if about != "lessons" and guest.state.slice(LessonState).lesson and chance.random() < LEFT:
             yield "lesson", ""
         if about in tabs(PAGE) and guest.visitor.parts["open"] != about:
             yield "tab", about
@@ -410,7 +412,7 @@ class Edits:
         """The edit after which a panel, or a lesson, is there."""
         state, chance = self.guest.state, self.chance
         if about == "lessons":
-            name = state.lesson
+            name = state.slice(LessonState).lesson
             if not name or chance.random() < LEFT:
                 name = chance.choice(NAMES)
                 yield "lesson", name
@@ -420,7 +422,7 @@ class Edits:
                 yield f"{'motion.' * (one.number == 'pull_at')}{one.number}", one.answer
         if about == "compare" and state.comparison == NO_COMPARISON:
             yield "comparison", chance.choice(COMPARISONS)
-        if about == "run-up" and state.forced_response:
+        if about == "run-up" and state.slice(RunUpState).forced_response:
             yield "only", 0
         if about == "real" and not state.case.units:
             yield "real.preset", chance.choice(list(PRESETS))

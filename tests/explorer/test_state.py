@@ -9,9 +9,13 @@ import pytest
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
-from beamviz.explorer.declarations import tabs
+from beamviz.explorer.declarations import choices_of
+from beamviz.explorer.feature import tabs, usual_state
+from beamviz.explorer.features.map import MapState
+from beamviz.explorer.features.mass_drag import DragState, Grip
+from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.links import PAGE
-from beamviz.explorer.state import EARLIER, PAUSE, Case, Grip, History, State
+from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
 from beamviz.scene import Camera, Scene
 
 START = State.of(Scene(PAPER))
@@ -40,7 +44,7 @@ def test_an_edit_changes_one_value_and_an_invalid_one_none(name, value, expected
 def test_a_choice_of_the_model_that_there_is_not_ends_nothing(name, value):
     """No run-up, and no viewpoint."""
     opened = State.of(Scene(PAPER, camera=Camera((1, 2, 3))))
-    state = replace(opened, run_speed=2.0, forced_response=True)
+    state = opened.with_values(RunUpState, run_speed=2.0, forced_response=True)
     assert state.changed(name, value) is state
 
 
@@ -74,11 +78,12 @@ def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
 
 def test_the_axes_of_the_map_are_two_numbers():
     """One chosen for both takes the place of the other, also in a loaded scene."""
-    scene = Scene(PAPER, over="alpha")
-    loaded = START.loaded(scene)
-    for state in (START.changed("over", "alpha"), START.changed("across", "gamma"), loaded):
-        assert (state.over, state.across) == ("alpha", "gamma")
-    assert State.of(scene) == replace(loaded, opened=scene)
+    scene, start = Scene(PAPER, over="alpha"), usual_state(Scene(PAPER), PAGE)
+    loaded = start.loaded(scene)
+    across = start.picked(choices_of(MapState)["across"], "gamma")
+    for state in (start.changed("over", "alpha"), across, loaded):
+        assert (state.over, state.slice(MapState).across) == ("alpha", "gamma")
+    assert usual_state(scene, PAGE) == replace(loaded, opened=scene)
 
 
 def test_a_kept_case_belongs_to_its_scene():
@@ -123,11 +128,11 @@ def test_undo_and_redo_go_by_steps():
 def test_what_is_done_with_a_body_in_the_hand_is_one_step():
     """However long it is held still, and however soon after another one."""
     history, ray = History(), (np.zeros(3), np.ones(3))
-    held = replace(START, grip=Grip(ray, 0.0))
+    held = START.with_values(DragState, grip=Grip(ray, 0.0))
     moved = held.changed("beta", 0.6)
     rested = moved.changed("beta", 0.7)
-    free = replace(rested, grip=None)
-    again = replace(free, grip=Grip(ray, 0.0))
+    free = rested.with_values(DragState, grip=None)
+    again = free.with_values(DragState, grip=Grip(ray, 0.0))
     last = again.changed("beta", 0.8)
     states, times = (START, held, moved, rested, free, again, last), (0, 1, 9, 9.1, 9.2, 9.3)
     for (before, after), time in zip(pairwise(states), times, strict=True):

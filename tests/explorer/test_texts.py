@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import pytest
 from charts import chart_of
@@ -9,13 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import PAPER
 
+from beamviz import explorer
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing import text as messages
 from beamviz.drawing.text import measure, rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.computed_loci import chart_data
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.features import answer
 from beamviz.explorer.features.real_beam import MATERIALS
+from beamviz.explorer.links import PAGE
 from beamviz.exports.html_page import solution_table
 from beamviz.files import package_text
 from beamviz.scene import Scene
@@ -134,6 +138,20 @@ def test_the_help_explains_the_words_that_lessons_and_tabs_use():
     explained = dict(re.findall("<tr><td>(.*?)</td><td>(.+?)</td></tr>", words))
     for word in ("mode", "node", "crossing", "veering", "resonance", "flapwise", "per-rev"):
         assert any(word in known for known in explained)
+
+
+def test_help_and_readme_name_every_tab():
+    """The help says what each shows; a row of the README has the tab."""
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    for tab in tabs(PAGE).values():
+        assert len(tab.help.split()) > 4, tab.name
+        assert re.search(rf"^\|.*\btab {tab.name}\b", readme, re.MULTILINE), tab.name
+
+
+def test_every_style_beside_a_feature_is_on_the_page():
+    """And every one that a feature names is there."""
+    folder = Path(explorer.__file__).parent / "features"
+    assert {path.name for path in folder.glob("*.css")} == {kind.style for kind in PAGE} - {""}
 
 
 def test_the_table_of_an_exported_page_marks_the_modes_shown():

@@ -9,6 +9,8 @@ from live.server import wait_until
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
 from beamviz.explorer import explorer
+from beamviz.explorer.experiment import MotionState
+from beamviz.explorer.features.mass_drag import DragState
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 
@@ -49,10 +51,10 @@ def test_the_mass_is_dragged_by_a_finger(phone):
     shown.swipe(
         shown.at_rest(lambda: place(shown, 0.5, 0.0)),
         place(shown, 0.8, 0.0),
-        taken=lambda: session.visitor.state.grip,
+        taken=lambda: session.visitor.state.slice(DragState).grip,
         arrived=lambda: abs(shown.number("beta") - 0.8) < 0.01,
     )
-    wait_until(lambda: session.visitor.state.grip is None)
+    wait_until(lambda: session.visitor.state.slice(DragState).grip is None)
     shown.catch_up()
     assert shown.number("beta") == pytest.approx(0.8, abs=0.01)
     assert scrolled(shown) == 0
@@ -74,11 +76,11 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     shown.swipe(
         shown.at_rest(lambda: place(shown, x - 0.02, y)),
         place(shown, 0.93, -0.3),
-        taken=lambda: session.visitor.state.hold,
-        arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
+        taken=lambda: session.visitor.state.slice(MotionState).hold,
+        arrived=lambda: abs(session.visitor.state.slice(MotionState).hold.deflection + 0.3) < 0.02,
     )
-    wait_until(lambda: session.visitor.state.experiment.pull < 0)
-    own = session.visitor.state.experiment
+    wait_until(lambda: session.visitor.state.slice(MotionState).experiment.pull < 0)
+    own = session.visitor.state.slice(MotionState).experiment
     held = motion(BEAM, 0.1, release=own.pull, release_at=own.pull_at)
     assert own.pull_at == 1.0
     assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)

@@ -17,7 +17,7 @@ import numpy as np
 from live.server import CAMERA_MESSAGE, TIMEOUT, wait_until
 from live.visitor import Visitor, visitor
 
-from beamviz.explorer.declarations import tabs
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.links import PAGE
 from beamviz.explorer.session import Session
@@ -85,7 +85,7 @@ class Guest:
 
     def is_let_go(self) -> bool:
         """Whether all actions are handled, and neither a body nor the beam is in the hand."""
-        return self.is_handled() and self.state.grip is None and self.state.hold is None
+        return self.is_handled() and not self.state.in_hand
 
     def is_solved(self) -> bool:
         """Whether a frame has shown the modes of the beam as well."""

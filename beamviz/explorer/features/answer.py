@@ -21,10 +21,14 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
-from beamviz.explorer.declarations import FIRST_TAB, Tab
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.experiment import MotionState
 from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progress
 from beamviz.explorer.features.comparison import not_drawn
+from beamviz.explorer.features.lessons import LessonState
+from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
+from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
@@ -71,10 +75,13 @@ class AnswerPanel(Feature):
         scene was replaced, an offer to undo that."""
         state, replaced = snapshot.state, snapshot.state.replaced
         text = note(snapshot)
-        chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
+        runs_up = state.slice(RunUpState).run_speed is not None
+        chosen = runs_up or state.comparison != NO_COMPARISON
         is_first = state.case == self.visitor.first.case and not (chosen or replaced)
         if is_first and not text:
-            text = invitation(state.met, dragged(state), with_mass=has_mass(state.case))
+            text = invitation(
+                state.slice(LessonState).met, dragged(state), with_mass=has_mass(state.case)
+            )
         undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
         return page.html("scene-caption", text) | page.html("replaced", undo)
 
@@ -82,7 +89,7 @@ class AnswerPanel(Feature):
 def note(snapshot: Snapshot) -> str:
     """What the scene shows in place of modes, or leaves out; "" for all modes of the beam."""
     picture = snapshot.picture
-    if snapshot.state.hold:
+    if snapshot.state.slice(MotionState).hold:
         return HELD
     if picture.film:
         return EARLIER_MOTION if is_before(snapshot) else IN_MOTION
@@ -184,7 +191,7 @@ def dragged(state: State) -> str:
         return "the beam aside, and let it go"
     speed = (
         "the line of the speed in the chart below"
-        if state.tab == FIRST_TAB
+        if state.tab == LociTab.tab.key
         else "the slider of the speed"
     )
     return f"the mass along the beam, or {speed}" if has_mass(state.case) else speed

@@ -3,6 +3,7 @@ a motion is played."""
 
 import itertools
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import trimesh
@@ -12,12 +13,12 @@ from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.errors import InvalidInput
 from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move
-from beamviz.explorer.experiment import RANGES
+from beamviz.explorer.experiment import RANGES, Hold, MotionState, with_hold
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.mass_drag import nearest
 from beamviz.explorer.features.motion import MotionTab, begun
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import Hold, Ray, State
+from beamviz.explorer.state import Ray, State
 from beamviz.explorer.view import SceneView
 
 LEAST_PLACE = 0.1  # of the beam, at which it can be pulled
@@ -31,7 +32,7 @@ NUMBERS = itertools.count(1)  # of the pulls of all visitors
 
 
 class BeamPull(Feature):
-    """Holds the beam under the pointer. What is known of it is the `hold` of the state.
+    """Holds the beam under the pointer. What is known of it is the `hold` of `MotionState`.
 
     sleeve: invisible boxes around the beam, always as many, that take the pointer: a drag of the
     beam itself would end whenever it is drawn in another number of pieces.
@@ -46,10 +47,10 @@ class BeamPull(Feature):
     def move(self, snapshot: Snapshot) -> None:
         """Offer the beam to be pulled where a motion is chosen and it is drawn alone, and until it
         is let go: put the sleeve around it as it was drawn last."""
-        state = snapshot.state
-        chosen = state.in_motion or state.tab == MotionTab.tab.key
+        state, motion = snapshot.state, snapshot.state.slice(MotionState)
+        chosen = motion.in_motion or state.tab == MotionTab.tab.key
         can_begin = chosen and not snapshot.picture.drawn.in_rows and can_move(state)
-        self.offer(offered=can_begin or state.hold is not None)
+        self.offer(offered=can_begin or motion.hold is not None)
         if not self.offered:
             return
         x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
@@ -61,11 +62,10 @@ class BeamPull(Feature):
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
-        visitor, hold = self.visitor, self.visitor.state.hold
+        visitor, hold = self.visitor, self.visitor.state.slice(MotionState).hold
         if event.phase == "end":
             if hold:
-                released = hold._replace(held=False)
-                visitor.update(lambda state: replace(state, hold=released))
+                visitor.update(partial(with_hold, hold=hold._replace(held=False)))
             return
         sight = self.scene.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
@@ -76,25 +76,24 @@ class BeamPull(Feature):
             x = 1.0 if x > TIP else max(round(x, DIGITS - 1), LEAST_PLACE)
             hold = Hold(x, 0.0, number=next(NUMBERS))
         if deflection is not None:
-            hold = hold._replace(deflection=deflection)
-            visitor.change(lambda state: replace(state, hold=hold))
+            visitor.change(partial(with_hold, hold=hold._replace(deflection=deflection)))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Let go of the beam after a drag."""
-        visitor, hold = self.visitor, snapshot.state.hold
+        visitor, hold = self.visitor, snapshot.state.slice(MotionState).hold
         if hold is None or hold.held or visitor.state is not snapshot.state:
             return
         try:
             request = PullRequest.of(snapshot.state)
         except InvalidInput:  # the page says which number is out of range
-            visitor.update(not_held)
+            visitor.update(partial(with_hold, hold=None))
             return
         answer = snapshot.job_answer(PULL_JOB)
         if answer is None or answer.request != request:
             return
         if answer.result is None:
             visitor.page.say(answer.message, error=True)
-            visitor.update(not_held)
+            visitor.update(partial(with_hold, hold=None))
             return
         force = answer.result.force
         visitor.change(lambda state: let_go(state, hold, force))
@@ -111,16 +110,13 @@ class BeamPull(Feature):
             self.sleeve.remove_drag_callback(self.dragged)
 
 
-def not_held(state: State) -> State:
-    return replace(state, hold=None)
-
-
 def let_go(state: State, hold: Hold, force: float) -> State:
     """With the motion that begins where the beam was held by a force."""
     low, high = RANGES["pull"].limits
     force = float(f"{min(max(force, low), high):.{DIGITS}g}")
-    state = replace(state, hold=None)
-    return begun(state, replace(state.experiment, start="pulled", pull=force, pull_at=hold.at))
+    experiment = state.slice(MotionState).experiment
+    pulled = replace(experiment, start="pulled", pull=force, pull_at=hold.at)
+    return begun(with_hold(state, None), pulled)
 
 
 def in_plane(sight: Ray) -> float | None:

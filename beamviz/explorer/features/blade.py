@@ -4,7 +4,7 @@ chart."""
 import math
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from html import escape
 from typing import Any, NamedTuple
@@ -36,22 +36,22 @@ from beamviz.explorer.blade_table import (
     wrong_entries,
     wrong_order,
 )
-from beamviz.explorer.declarations import Choice, Key
+from beamviz.explorer.declarations import Key, choice
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.real_beam import (
     ALONG,
     AS_AT_ROOT,
     BUTTONS,
     MATERIALS,
-    SECTION,
     STEEL_BEAM,
+    RealBeamState,
     in_tables,
     load,
     with_sizes,
 )
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import Case, Refused, State
+from beamviz.explorer.state import Case, Refused, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.presets import PRESETS, Preset
@@ -76,18 +76,26 @@ def read_draft(text: Any) -> Draft:
     return draft
 
 
-# The tables as typed, while they describe no beam, or one that has not all of their rows. They have
-# no room beside those of a long blade.
-DRAFT: Choice[Draft | None] = Choice(
-    "draft", None, key=Key("draft", read_draft, text_of_draft, is_long=True), until=("scene",)
-)
+@dataclass(frozen=True)
+class BladeState(Slice):
+    """What is typed in the panel."""
+
+    # The tables, while they describe no beam, or one that has not all of their rows. They have no
+    # room beside those of a long blade.
+    draft: Draft | None = field(
+        default=None,
+        metadata=choice(
+            key=Key("draft", read_draft, text_of_draft, is_long=True), until=("scene",)
+        ),
+    )
 
 
 class BladePanel(Feature):
     """The panel, in place of that of a uniform beam, where properties vary, there are more bodies,
-    or the root is not clamped; or where SECTION is ALONG."""
+    or the root is not clamped; or where the kind of section is ALONG."""
 
-    choices = (DRAFT,)
+    style = "blade.css"
+    state = BladeState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -121,9 +129,9 @@ class BladePanel(Feature):
             return hidden_content()
         case = state.case
         return (
-            tables_content(case, state[DRAFT])
+            tables_content(case, state.slice(BladeState).draft)
             | numbers_content(case.nearest_beam())
-            | reasons_content(case, state[DRAFT], state.refused)
+            | reasons_content(case, state.slice(BladeState).draft, state.refused)
             | chart_content(case)
         )
 
@@ -144,7 +152,7 @@ class BladePanel(Feature):
             if physical is None:
                 return
             try:
-                draft = change(state[DRAFT] or draft_of(physical), physical)
+                draft = change(state.slice(BladeState).draft or draft_of(physical), physical)
             except InvalidInput as error:
                 refused = Refused("blade", "", str(error))
                 visitor.change(lambda state: replace(state, refused=refused))
@@ -220,7 +228,7 @@ class BladePanel(Feature):
 
 def with_draft(state: State, draft: Draft | None) -> State:
     """With these tables as typed, None for those of the beam, in the panel."""
-    return state.with_choice(DRAFT, draft).with_choice(SECTION, ALONG)
+    return with_sizes(ALONG)(state.with_values(BladeState, draft=draft))
 
 
 def has_rows(beam: Beam, draft: Draft) -> bool:
@@ -290,7 +298,7 @@ def is_shown(state: State) -> bool:
     """Whether the panel is that of a blade."""
     case = state.case
     has_size = bool(case.units and case.units.mass)
-    return has_size and in_tables(case.nearest_beam(), state[SECTION])
+    return has_size and in_tables(case.nearest_beam(), state.slice(RealBeamState).section)
 
 
 # The panel

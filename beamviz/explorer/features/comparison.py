@@ -42,7 +42,12 @@ WAIT = "comparison-wait"  # id of the place for what is computed
 class ComparisonTab(Feature):
     """The choice of the second beam, and a table of the frequencies of both beams."""
 
-    tab = Tab("Compare", 4, f'{TOOLS}{page.waiting_place(WAIT)}<div id="comparison"></div>')
+    tab = Tab(
+        "Compare",
+        4,
+        "A second beam beside the first: another mass, other effects, or the beam before a change",
+        f'{TOOLS}{page.waiting_place(WAIT)}<div id="comparison"></div>',
+    )
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

@@ -25,9 +25,7 @@ MODEL = {
     "state": "straight; bent: off its axis, as under spin-up; stable: straight if that is stable,"
     " else bent",
 }
-METHOD_HINT = (
-    "The method of solution; auto has converged to the error shown. It is chosen at the top."
-)
+METHOD_HINT = "The method of solution; auto has converged to the error shown"
 PLANES = {
     "chordwise": "in plane (chordwise)",
     "flapwise": "out of plane (flapwise)",
@@ -38,7 +36,10 @@ PICTURE = {
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
-SWITCHES = {
+CORIOLIS_HINT = (
+    "Forces on parts that move within the rotating frame: they couple bending and stretching"
+)
+SWITCHES = {  # besides that of the Coriolis forces, which is in the head of the page
     "stiffening": (
         "stiffening",
         "Tension by the centrifugal force, as in a taut string: it raises bending frequencies",
@@ -47,10 +48,6 @@ SWITCHES = {
         "spin softening",
         "The centrifugal force grows with a displacement in the plane of rotation: it lowers the"
         " frequencies of motion in this plane",
-    ),
-    "coriolis": (
-        "Coriolis",
-        "Forces on parts that move within the rotating frame: they couple bending and stretching",
     ),
     "mass": ("mass", "The concentrated mass; switched on again it has its last value"),
 }
@@ -79,9 +76,7 @@ CONTENT = {
         '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
         f"{page.options(PLANES)}</select>"
         '<button type="button" class="quiet switch" data-set="coriolis" data-key="c"'
-        ' title="Coriolis forces (C)">Coriolis</button>'
-        '<label class="method">method <select class="quiet" data-set="method">'
-        f"{page.options(CHOICES['method'])}</select></label>"
+        f' title="{CORIOLIS_HINT} (C)">Coriolis</button>'
         '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
     ),
     "modes": (
@@ -107,8 +102,9 @@ CONTENT = {
     ),
     "effects": "".join(page.checkbox(key, label, text) for key, (label, text) in SWITCHES.items()),
     "model": (
-        "".join(page.select(name, name, CHOICES[name], text) for name, text in MODEL.items())
-        + f'<p class="soft">Method {page.hint("the method", METHOD_HINT)}</p>'
+        page.select("method", "method", CHOICES["method"], METHOD_HINT)
+        + "".join(page.select(name, name, CHOICES[name], text) for name, text in MODEL.items())
+        + page.button("Compare the methods", data_panel="tab-methods")
     ),
 }
 
@@ -168,7 +164,7 @@ class Controls(Feature):
             | self.bound_content(state)
             | page.props("undo", disabled=not snapshot.undo)
             | page.props("redo", disabled=not snapshot.redo)
-            | numbers_content(state.case, state.run_speed)
+            | numbers_content(state.shown_case)
         )
 
     def fixed_content(self) -> Content:
@@ -225,10 +221,9 @@ def preferred(state: State, preferences: str) -> State:
     return state if state.opened.view.dark else state.changed("dark", "dark" in words)
 
 
-def numbers_content(case: Case, run_speed: float | None) -> Content:
+def numbers_content(case: Case) -> Content:
     """The numbers of the beam in its units, and the ranges of their sliders; of what is no number
-    the nearest one; run_speed: shown in place of its own."""
-    case = case.changed("gamma", run_speed) if run_speed else case
+    the nearest one."""
     units, content = case.units, page.props("mu-row", hidden=case.units is not None)
     in_space = case.options["plane"] == "both"
     for name in SECTION:

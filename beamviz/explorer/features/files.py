@@ -5,7 +5,7 @@ the background.
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from html import escape
 from importlib.util import find_spec
@@ -20,7 +20,7 @@ from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
-from beamviz.explorer.declarations import Choice, Tab, name_key
+from beamviz.explorer.declarations import Tab, choice, name_key
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
@@ -28,6 +28,7 @@ from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
+from beamviz.explorer.state import Slice
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.chart_files import export_chart
@@ -75,14 +76,24 @@ class File:
 
 JOB = "file"
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
-FILM = Choice("film_length", "shortest loop", FILM_LENGTHS, name_key("film", FILM_LENGTHS))
+
+
+@dataclass(frozen=True)
+class FileState(Slice):
+    """How scenes are exported."""
+
+    film_length: str = field(
+        default="shortest loop",
+        metadata=choice(values=FILM_LENGTHS, key=name_key("film", FILM_LENGTHS)),
+    )
 
 
 class Files(Feature):
     """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
-    tab = Tab("Export", 10)
-    choices = (FILM,)
+    style = "files.css"
+    tab = Tab("Export", 10, "Scenes, pictures, films and numbers as files")
+    state = FileState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -122,7 +133,7 @@ class Files(Feature):
         """Export the scene."""
         if suffix not in tuple(KINDS):
             return
-        periods = FILM_LENGTHS[self.visitor.state[FILM]]
+        periods = FILM_LENGTHS[self.visitor.state.slice(FileState).film_length]
         film = {"periods": periods} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
             self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))

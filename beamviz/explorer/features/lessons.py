@@ -3,8 +3,8 @@
 import contextlib
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from html import escape
 from typing import Any, NamedTuple, Self
@@ -19,14 +19,15 @@ from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import lines_of
-from beamviz.explorer.declarations import FIRST_TAB, Choice, Tab, count_key
-from beamviz.explorer.experiment import motion_of
+from beamviz.explorer.declarations import Key, Tab, choice, count_key
+from beamviz.explorer.experiment import MotionState, of_lesson
 from beamviz.explorer.feature import Feature, fading
+from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import solver_answer
-from beamviz.explorer.state import Case, State
+from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import loci
@@ -57,19 +58,41 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 }
 
 
-# The step of the open lesson, from 0, and the answer chosen at its first step.
-STEP = Choice("step", 0, key=count_key("step", len(STEPS)), until=("lesson",))
 MOST_GUESSES = max(len(one.guesses) for one in LESSONS)
-GUESS: Choice[int | None] = Choice(
-    "guess", None, key=count_key("guess", MOST_GUESSES), until=("scene",)
-)
+
+
+def read_lesson(name: Any) -> str:
+    return lesson(str(name)).name
+
+
+@dataclass(frozen=True)
+class LessonState(Slice):
+    """The open lesson."""
+
+    # Its name; "" for none.
+    lesson: str = field(
+        default="", metadata=choice(key=Key("lesson", read_lesson), until=("opened",))
+    )
+    # Its step, from 0.
+    step: int = field(
+        default=0, metadata=choice(key=count_key("step", len(STEPS)), until=("lesson", "opened"))
+    )
+    # The answer chosen at its first step.
+    guess: int | None = field(
+        default=None, metadata=choice(key=count_key("guess", MOST_GUESSES), until=("scene",))
+    )
+    # The state before the first of the lessons, to which leaving them returns.
+    before_lesson: State | None = field(default=None, metadata=choice(until=("opened",)))
+    # Those whose challenge is met.
+    met: frozenset[str] = field(default=frozenset(), metadata=choice(undo="keeps", led="keeps"))
 
 
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
-    tab = Tab("Lessons", 9)
-    choices = (STEP, GUESS)
+    style = "lessons.css"
+    tab = Tab("Lessons", 9, "A question, what to do, the answer with its number, and a challenge")
+    state = LessonState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -101,7 +124,7 @@ class Lessons(Feature):
         if name in NAMES:
             said = f"Lesson {NAMES.index(name) + 1} has replaced your scene."
             with self.visitor.lock:
-                said = "" if self.visitor.state.lesson else said
+                said = "" if lesson_state(self.visitor.state).lesson else said
                 edit = partial(begun, lesson=lesson(name))
                 self.visitor.change(edit, loads=True, replaced=said)
         elif name == "":
@@ -112,7 +135,7 @@ class Lessons(Feature):
         again, within one does not have it."""
         visitor = self.visitor
         with visitor.lock:
-            found = visitor.state.before_lesson
+            found = lesson_state(visitor.state).before_lesson
             visitor.change(left, loads=True, replaced=RETURNED)
             if found and found.reserved is None:  # that of a page before its own address
                 visitor.update(lambda state: replace(state, replaced=STARTED))
@@ -120,7 +143,7 @@ class Lessons(Feature):
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
         with self.visitor.lock:
-            if step in range(len(STEPS)) and (name := self.visitor.state.lesson):
+            if step in range(len(STEPS)) and (name := lesson_state(self.visitor.state).lesson):
                 known = facts_in(self.visitor.shown_answer(JOB), name) is not None
                 self.visitor.change(partial(at_step, step=int(step), known=known))
 
@@ -130,39 +153,40 @@ class Lessons(Feature):
         if by not in (1, -1):
             return
         with self.visitor.lock:
-            state, names = self.visitor.state, ("", *NAMES)
-            if state.lesson and state[STEP] + by in range(len(STEPS)):
-                self.go(state[STEP] + by)
+            now, names = lesson_state(self.visitor.state), ("", *NAMES)
+            if now.lesson and now.step + by in range(len(STEPS)):
+                self.go(now.step + by)
             else:
-                self.open(names[(names.index(state.lesson) + by) % len(names)])
+                self.open(names[(names.index(now.lesson) + by) % len(names)])
 
     def guess(self, number: Any) -> None:
         """Choose an answer to the question, and highlight the controls of the experiment."""
         with self.visitor.lock:
-            name = self.visitor.state.lesson
+            name = lesson_state(self.visitor.state).lesson
             if not (name and number in range(len(lesson(name).guesses))):
                 return
-            self.visitor.change(lambda state: state.with_choice(GUESS, int(number)))
+            self.visitor.change(lambda state: state.with_values(LessonState, guess=int(number)))
         keys = controls(lesson(name).do)
         self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
     def keep_met(self, names: Any) -> None:
         """Take the lessons whose challenge was met in the same browser before."""
         known = {*str(names).split()} & {*NAMES}
-        self.visitor.update(lambda state: replace(state, met=state.met | known))
+        self.visitor.update(partial(with_met, names=known))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Remember a challenge that is met."""
-        name, verdict = snapshot.state.lesson, verdict_of(snapshot)
-        if verdict and verdict.met and name not in snapshot.state.met:
-            self.visitor.update(lambda state: replace(state, met=state.met | {name}))
+        now, verdict = lesson_state(snapshot.state), verdict_of(snapshot)
+        if verdict and verdict.met and now.lesson not in now.met:
+            self.visitor.update(partial(with_met, names={now.lesson}))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The facts of the open lesson."""
-        return {JOB: snapshot.state.lesson} if snapshot.state.lesson else {}
+        name = lesson_state(snapshot.state).lesson
+        return {JOB: name} if name else {}
 
     def content(self, snapshot: Snapshot) -> Content:
-        name, met = snapshot.state.lesson, snapshot.state.met
+        name, met = lesson_state(snapshot.state).lesson, lesson_state(snapshot.state).met
         verdict = verdict_html(snapshot)
         return (
             lesson_content(snapshot)
@@ -197,7 +221,7 @@ def check_guess(guess: int, name: str) -> None:
 
 def facts_of(snapshot: Snapshot) -> Facts | None:
     """The facts of the open lesson; None before they are computed."""
-    return facts_in(snapshot.job_answer(JOB), snapshot.state.lesson)
+    return facts_in(snapshot.job_answer(JOB), lesson_state(snapshot.state).lesson)
 
 
 def facts_in(answer: Answer[str, Facts] | None, name: str) -> Facts | None:
@@ -206,24 +230,38 @@ def facts_in(answer: Answer[str, Facts] | None, name: str) -> Facts | None:
     return facts if facts and facts.lesson == name else None
 
 
+def lesson_state(state: State) -> LessonState:
+    return state.slice(LessonState)
+
+
+def outside(state: State) -> State:
+    """The state without lessons: that before them while one is open."""
+    return lesson_state(state).before_lesson or state
+
+
+def with_met(state: State, names: Collection[str]) -> State:
+    """With the challenges of the lessons of these names met, too."""
+    return state.with_values(LessonState, met=lesson_state(state).met | {*names})
+
+
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     """At the first step of a lesson, with its own scene or another one, the tab that it names, and
     the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
-    tab = named[0] if named else FIRST_TAB
-    own: dict[str, Any] = {"lesson": lesson.name, "tab": tab, "rate": lesson_rate(lesson.name)}
-    own |= {"before_lesson": state.outside, **motion_of(lesson)}
-    return replace(state.loaded(scene).ended("lesson"), **own)
+    tab = named[0] if named else LociTab.tab.key
+    loaded = of_lesson(state.loaded(scene).after("lesson"), lesson)
+    loaded = replace(loaded, tab=tab, rate=lesson_rate(lesson.name)).at_home(lesson.scene)
+    return loaded.with_values(LessonState, lesson=lesson.name, before_lesson=outside(state))
 
 
 def left(state: State) -> State:
     """As before the first lesson, but for the open tab and what undo leaves as it is."""
-    found = state.before_lesson
-    if not (state.lesson and found):
+    found = lesson_state(state).before_lesson
+    if not (lesson_state(state).lesson and found):
         return state
     restored = state.restored(found).with_viewpoint(found.camera)
-    return replace(restored, moment=found.moment)
+    return restored.with_values(MotionState, moment=found.slice(MotionState).moment)
 
 
 @cache
@@ -239,31 +277,31 @@ def lesson_rate(name: str) -> float | None:
 def at_step(state: State, step: int, known: bool) -> State:
     """At another step of the open lesson; its challenge begins unsolved. known: whether the answer
     is: it may take seconds, and nothing waits for it."""
-    open_lesson = lesson(state.lesson)
-    after = state.with_choice(STEP, step)
-    if not step == CHALLENGE != state[STEP]:
+    now = lesson_state(state)
+    open_lesson, after = lesson(now.lesson), state.with_values(LessonState, step=step)
+    if not step == CHALLENGE != now.step:
         return after
     if known and not is_met(open_lesson, state):
         return after
     scene = open_lesson.scene.changed(dark=state.view.dark)
-    loaded = after.loaded(scene).with_choice(GUESS, state[GUESS])
-    return replace(loaded, rate=state.rate, **motion_of(open_lesson))
+    loaded = after.loaded(scene).with_values(LessonState, guess=now.guess)
+    return of_lesson(replace(loaded, rate=state.rate), open_lesson)
 
 
 def is_met(open_lesson: Lesson, state: State) -> bool:
     """Whether the challenge of a lesson is met, which takes its answer; not by a number out of
     range."""
     with contextlib.suppress(InvalidInput):
-        pull_at = state.experiment.pull_at
-        return open_lesson.check(state.case.beam, state.case.options, pull_at).met
+        return open_lesson.check(state.case.beam, state.case.options, pull_at(state)).met
     return False
 
 
 def lesson_content(snapshot: Snapshot) -> Content:
     """The open lesson beside the tabs."""
-    state, name, text = snapshot.state, snapshot.state.lesson, ""
+    now, text = lesson_state(snapshot.state), ""
+    name = now.lesson
     if name:
-        text = lesson_html(lesson(name), state[STEP], state[GUESS], facts_of(snapshot))
+        text = lesson_html(lesson(name), now.step, now.guess, facts_of(snapshot))
     in_tab = bool(name) and any(key.startswith("tab-") for key in controls(lesson(name).do))
     shown = page.props("lesson", hidden=not name, data_beside="tab" if in_tab else "controls")
     return page.html("lesson-text", text) | shown
@@ -272,12 +310,16 @@ def lesson_content(snapshot: Snapshot) -> Content:
 def verdict_of(snapshot: Snapshot) -> Verdict | None:
     """The verdict on the challenge of the open lesson; None while that is not shown, and before its
     facts are known."""
-    state, answer = snapshot.state, snapshot.answer
-    shown = state.lesson and state[STEP] == CHALLENGE and facts_of(snapshot)
+    now, answer = lesson_state(snapshot.state), snapshot.answer
+    shown = now.lesson and now.step == CHALLENGE and facts_of(snapshot)
     if not (shown and answer and answer.beam):
         return None
-    options, pull_at = answer.request.options, state.experiment.pull_at
-    return lesson(state.lesson).check(answer.beam, options, pull_at)
+    return lesson(now.lesson).check(answer.beam, answer.request.options, pull_at(snapshot.state))
+
+
+def pull_at(state: State) -> float:
+    """The point x of the beam that the visitor pulls."""
+    return state.slice(MotionState).experiment.pull_at
 
 
 def verdict_html(snapshot: Snapshot) -> str:
@@ -288,15 +330,15 @@ def verdict_html(snapshot: Snapshot) -> str:
     word = "Right!" if verdict.met else "Not yet."
     words = f"<b>{word}</b> {escape(verdict.reason)}"
     if answer and answer.solution and (verdict.met or not verdict.reason):  # no obstacle
-        now = lesson(state.lesson).measured(answer.solution, state.experiment.pull_at)
-        words += f" <br>Now: {escape(now)}."
+        reading = lesson(lesson_state(state).lesson).measured(answer.solution, pull_at(state))
+        words += f" <br>Now: {escape(reading)}."
     return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
 
 
 def watched_html(snapshot: Snapshot) -> str:
     """The frequencies that a lesson about modes watches, over the scene, which stays in view while
     a slider is dragged: on narrow pages the table of modes may be out of view then."""
-    name = snapshot.state.lesson
+    name = lesson_state(snapshot.state).lesson
     solution = snapshot.answer.solution if snapshot.answer else None
     of_modes = name and not lesson(name).motion
     return frequencies_html(solution) if of_modes and solution else ""

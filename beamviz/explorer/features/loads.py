@@ -55,7 +55,14 @@ class LoadsTab(Feature):
     """The loads on the beam of the answer, computed in the background while the tab is open: those
     of a blade take as long as its modes."""
 
-    tab = Tab("Loads", 5, SKELETON, (SOLUTION, JOB))
+    style = "loads.css"
+    tab = Tab(
+        "Loads",
+        5,
+        "Axial force, shear force and bending moment along the beam, and the stress of a real one",
+        SKELETON,
+        (SOLUTION, JOB),
+    )
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

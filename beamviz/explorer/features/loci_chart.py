@@ -68,8 +68,10 @@ class LociTab(Feature):
     tab = Tab(
         "Frequencies",
         1,
+        "The frequencies over a number of the beam: drag its line, press a crossing to go there",
         page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False),
         (SOLUTION, CHART),
+        view="chart",
     )
 
     def __init__(self, visitor: Visitor):

@@ -4,14 +4,14 @@ five numbers; a click on the map moves the beam there."""
 import contextlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from html import escape
 from typing import Any, Self
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.checks import check_float, check_int
 from beamviz.drawing import colours
@@ -19,13 +19,13 @@ from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import AXES
-from beamviz.explorer.declarations import Choice, Key, Tab
+from beamviz.explorer.declarations import Key, Tab, choice, name_key
 from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import Case, State
+from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import MODES
 from beamviz.solver import interruption
@@ -132,18 +132,48 @@ def read_ends(value: Any) -> tuple[float, float]:
     return first, second
 
 
-MAPPED: Choice[str | int] = Choice("mapped", "gap", QUANTITIES, Key("map", read_mapped))
-# The upper ends of the axes of the map in which a point was chosen.
-ENDS: Choice[tuple[float, float] | None] = Choice(
-    "map_ends", None, key=Key("ends", read_ends, json.dumps), until=("scene", "over", "across")
-)
+@dataclass(frozen=True)
+class MapState(Slice):
+    """The choices of the map, besides its abscissa."""
+
+    # The ordinate.
+    across: str = field(
+        default="alpha", metadata=choice(values=PARAMETERS, key=name_key("across", PARAMETERS))
+    )
+    # A mode or the gap.
+    mapped: str | int = field(
+        default="gap", metadata=choice(values=QUANTITIES, key=Key("map", read_mapped))
+    )
+    # The upper ends of the axes of the map in which a point was chosen.
+    map_ends: tuple[float, float] | None = field(
+        default=None,
+        metadata=choice(key=Key("ends", read_ends, json.dumps), until=("scene", "over", "across")),
+    )
+
+    def settled(self, before: State, state: State) -> State:
+        """A number that is chosen for both axes takes the place of the other one."""
+        if state.over != self.across:
+            return state
+        present = before.slice(MapState).across
+        if present != self.across:
+            return replace(state, over=present)
+        return state.with_values(MapState, across=before.over)
 
 
 class MapTab(Feature):
     """The choices, the map and its legend."""
 
-    tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"), (SOLUTION, JOB))
-    choices = (MAPPED, ENDS)
+    style = "map.css"
+    tab = Tab(
+        "Map",
+        2,
+        "A frequency, or the smallest gap, over two numbers: press it to go there",
+        page.chart_tab(TOOLS, "map-chart", "map-text"),
+        (SOLUTION, JOB),
+        beside="Frequencies",
+        view="map",
+    )
+    state = MapState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -166,14 +196,15 @@ class MapTab(Feature):
         state, case = snapshot.state, snapshot.drawn_case
         if case is None:
             return {}
-        request = MapRequest.around(case, (state.over, state.across), state[ENDS])
+        chosen = state.slice(MapState)
+        request = MapRequest.around(case, (state.over, chosen.across), chosen.map_ends)
         goes_on = state.tab == self.tab.key or snapshot.jobs[JOB].latest == request
         return {JOB: request if goes_on else None}
 
     def content(self, snapshot: Snapshot) -> Content:
         answer = snapshot.job_answer(JOB)
         return (
-            map_content(answer, snapshot.state[MAPPED])
+            map_content(answer, snapshot.state.slice(MapState).mapped)
             | place_content(answer, snapshot.entered_beam)
             | fading(snapshot, [JOB], *SHOWN)
             | waiting(snapshot, "map-chart-wait", self.tab)
@@ -184,8 +215,7 @@ def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> S
     """With two numbers of a point of a map, whose axes keep their upper ends."""
     for name, number in numbers.items():
         state = state.changed(name, number)
-    first, second = ends
-    return state.with_choice(ENDS, (first, second))
+    return state.with_values(MapState, map_ends=ends)
 
 
 @lru_cache(32)  # for several visitors: the borders take 5 ms, of each frame with an edit

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
 from typing import Any, NamedTuple
 
@@ -10,13 +11,13 @@ import numpy as np
 from beamviz.drawing.text import Measure, error_text, significant
 from beamviz.errors import BeamvizError
 from beamviz.explorer import page
-from beamviz.explorer.declarations import SWITCH, Choice, Tab, switch_key
+from beamviz.explorer.declarations import SWITCH, Tab, choice, switch_key
 from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
-from beamviz.explorer.state import Case
+from beamviz.explorer.state import Case, Slice
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import match_modes
 from beamviz.solver import METHODS, Solution, solve
@@ -103,15 +104,28 @@ HELP = "Every method at several resolutions, while this tab is open; again for a
 TOOLS = page.checkbox("time_methods", "time all methods", HELP) + '<div id="method"></div>'
 
 
-TIMED = Choice("time_methods", False, SWITCH, switch_key("methods"))
+@dataclass(frozen=True)
+class TimingState(Slice):
+    """Whether all methods are timed."""
+
+    time_methods: bool = field(
+        default=False, metadata=choice(values=SWITCH, key=switch_key("methods"))
+    )
 
 
 class MethodTimingTab(Feature):
     """The method in use, and the chart of all methods if that is switched on. They are only timed
     while the tab is open: another one needs the processor, and would falsify them."""
 
-    tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"), (SOLUTION, JOB))
-    choices = (TIMED,)
+    tab = Tab(
+        "Methods",
+        11,
+        "The time and the error of every method of solution",
+        page.chart_tab(TOOLS, "timing-chart", "timings"),
+        (SOLUTION, JOB),
+        is_aside=True,
+    )
+    state = TimingState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -121,14 +135,14 @@ class MethodTimingTab(Feature):
         """The timings while the tab is open, and only then."""
         if snapshot.state.tab != self.tab.key:
             return {JOB: None}
-        if not (snapshot.answer and snapshot.state[TIMED]):
+        if not (snapshot.answer and snapshot.state.slice(TimingState).time_methods):
             return {}
         return {JOB: snapshot.answer.request.with_options(method="auto")}
 
     def content(self, snapshot: Snapshot) -> Content:
         """The method of the answer and the timings, if they are asked for; neither while the tab is
         closed."""
-        is_asked = snapshot.state[TIMED]
+        is_asked = snapshot.state.slice(TimingState).time_methods
         answer = snapshot.answer if snapshot.state.tab == self.tab.key else None
         return (
             timing_content(answer, is_asked, snapshot.job_answer(JOB) if is_asked else None)

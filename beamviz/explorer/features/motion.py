@@ -3,7 +3,7 @@ integrated in time; the scene plays it, and the tab shows the tip over time and 
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from html import escape
@@ -34,7 +34,15 @@ from beamviz.explorer.computed_motion import (
     obstacle_of,
 )
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
+from beamviz.explorer.experiment import (
+    ALTERNATIVES,
+    RANGES,
+    START_MODES,
+    STOP,
+    Experiment,
+    MotionState,
+    with_experiment,
+)
 from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
@@ -175,7 +183,16 @@ CONTENT = (
 class MotionTab(Feature):
     """The experiment, its charts, and the moment that the scene plays."""
 
-    tab = Tab("Motion", 7, CONTENT, (JOB,))
+    style = "motion.css"
+    tab = Tab(
+        "Motion",
+        7,
+        "Motion in time: pull the beam and let go, spin it up, stop it",
+        CONTENT,
+        (JOB,),
+        view="in time",
+    )
+    state = MotionState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -207,9 +224,7 @@ class MotionTab(Feature):
                     low, high = (significant(shown.factor * end, 6) for end in ends)
                     reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
                     self.page.say(f"{reason}; the nearest of these is taken", error=True)
-            visitor.change(
-                lambda state: state.with_experiment(state.experiment.changed(name, value))
-            )
+            visitor.change(partial(with_value, name=name, value=value))
 
     def begin(self, name: Any) -> None:
         """Begin a motion, which plays unless the visitor prefers reduced motion."""
@@ -227,48 +242,58 @@ class MotionTab(Feature):
         with visitor.lock:
             moment = times(visitor.state.case.units).plain(value)
             moment = clip(moment, RANGES["until"].limits[1], visitor.clock.moment)
-            visitor.change(lambda state: replace(state, moment=moment, in_motion=True))
+            visitor.change(
+                lambda state: state.with_values(MotionState, moment=moment, in_motion=True)
+            )
+
+    @classmethod
+    def linked(cls, state: State, names: Collection[str]) -> State:
+        """Paused at the moment at which the sender of a link has stopped the motion."""
+        stopped = "moment" in names and state.slice(MotionState).moment
+        return state.changed("playing", False) if stopped else state
 
     def picture(self, inputs: Inputs, picture: Picture) -> Picture:
         """The motion in place of modes; the clock stops while the beam is in the hand."""
         state = inputs.state
-        if state.hold:
+        motion = state.slice(MotionState)
+        if motion.hold:
             picture = replace(picture, plays=False)
         film = film_of(inputs)
         if film is None:
             return picture
-        moment = inputs.clock.with_film(film, state.moment).moment
+        moment = inputs.clock.with_film(film, motion.moment).moment
         picture = with_film(picture, film, state.view, inputs.scale, moment)
-        return replace(picture, moment=state.moment)
+        return replace(picture, moment=motion.moment)
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused; one that goes on is at none."""
-        state, playing = snapshot.state, snapshot.state.view.playing
-        if (film := snapshot.film) and playing != (state.moment is None):
+        before, playing = snapshot.state.slice(MotionState).moment, snapshot.state.view.playing
+        if (film := snapshot.film) and playing != (before is None):
             shown = min(snapshot.clock.moment, film.until)  # the end is shown for a while
             moment = None if playing else round(shown, PAUSED_DIGITS)
-            self.visitor.update(lambda now: with_moment(now, state.moment, moment))
+            self.visitor.update(lambda now: with_moment(now, before, moment))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
-        state = snapshot.state
-        is_shown = state.in_motion or state.hold or state.tab == self.tab.key
+        state, motion = snapshot.state, snapshot.state.slice(MotionState)
+        is_shown = motion.in_motion or motion.hold or state.tab == self.tab.key
         with contextlib.suppress(InvalidInput):  # the page says which number is out of range
-            if state.hold:
+            if motion.hold:
                 return {PULL_JOB: PullRequest.of(state)}
             if is_shown:
-                return {JOB: MotionRequest.of(state.case, state.experiment)}
+                return {JOB: MotionRequest.of(state.case, motion.experiment)}
         return {JOB: None}
 
     def content(self, snapshot: Snapshot) -> Content:
         state, answer = snapshot.state, answer_of(snapshot)
+        motion = state.slice(MotionState)
         return (
-            values_content(state.experiment, state.case.units)
-            | words_content(state.experiment, state.case, reason_of(snapshot))
+            values_content(motion.experiment, state.case.units)
+            | words_content(motion.experiment, state.case, reason_of(snapshot))
             | chart_content(answer)
             | notes_content(answer, is_before(snapshot))
             | moment_content(answer, moment_of(snapshot))
-            | play_content(state.in_motion and state.view.playing)
+            | play_content(motion.in_motion and state.view.playing)
             | page.html("motion-shown", shown_instead(snapshot))
             | fading(snapshot, [JOB], *CHARTS, "motion-list")
             | waiting(snapshot, "motion-wait", self.tab)
@@ -277,8 +302,8 @@ class MotionTab(Feature):
 
 def shown_instead(snapshot: Snapshot) -> str:
     """What the scene shows in place of the motion; "" where it shows that, or there is none."""
-    answer, state = answer_of(snapshot), snapshot.state
-    if answer is None or answer.result is None or state.in_motion or state.hold:
+    answer, motion = answer_of(snapshot), snapshot.state.slice(MotionState)
+    if answer is None or answer.result is None or motion.in_motion or motion.hold:
         return ""
     instead = "natural modes" if snapshot.picture.force is None else "the response to the force"
     return f"until then the scene shows {instead}"
@@ -286,25 +311,32 @@ def shown_instead(snapshot: Snapshot) -> str:
 
 def with_moment(state: State, before: float | None, moment: float | None) -> State:
     """At a moment, unless the motion was moved to another one than that before."""
-    return replace(state, moment=moment) if state.moment == before else state
+    same = state.slice(MotionState).moment == before
+    return state.with_values(MotionState, moment=moment) if same else state
+
+
+def with_value(state: State, name: str, value: Any) -> State:
+    """With a motion in time of which one value differs."""
+    return with_experiment(state, state.slice(MotionState).experiment.changed(name, value))
 
 
 def pulled_less(state: State) -> State:
     """The edit that pulls a blade with a force that does not fold it."""
-    force = MotionRequest.of(state.case, state.experiment).bearable_force
+    experiment = state.slice(MotionState).experiment
+    force = MotionRequest.of(state.case, experiment).bearable_force
     if force is None:  # it was pulled less meanwhile
         return state
-    return state.with_experiment(state.experiment.changed("pull", force))
+    return with_value(state, "pull", force)
 
 
 def begun(state: State, experiment: Experiment) -> State:
-    state = state.with_experiment(experiment)
+    state = with_experiment(state, experiment)
     return state if state.still else state.changed("playing", True)
 
 
 def played(state: State) -> State:
     """The motion goes on, or is paused; it begins where the scene shows modes."""
-    if state.in_motion:
+    if state.slice(MotionState).in_motion:
         return state.changed("playing", not state.view.playing)
     return from_start(state)
 
@@ -312,7 +344,7 @@ def played(state: State) -> State:
 def from_start(state: State) -> State:
     """The motion is played from its beginning: also where it is paused, or motion is reduced, as a
     visitor has asked for it."""
-    return state.with_experiment(state.experiment).changed("playing", True)
+    return with_experiment(state, state.slice(MotionState).experiment).changed("playing", True)
 
 
 def reason_of(snapshot: Snapshot) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from html import escape
 from typing import Any, NamedTuple
@@ -15,11 +15,11 @@ from beamviz.checks import check_float, together
 from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Choice, name_key
+from beamviz.explorer.declarations import choice, name_key
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import Case, Refused, State
+from beamviz.explorer.state import Case, Refused, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
 from beamviz.si import SI_REQUIRED, STRENGTH, PhysicalBeam
@@ -381,19 +381,25 @@ def material(beam: Beam) -> str:
 # The panel
 
 
-# The kind of section whose dimensions the panel shows; "" for that which the beam tells.
-SECTION = Choice("section", "", key=name_key("section", SECTION_NAMES), until=("scene",))
+@dataclass(frozen=True)
+class RealBeamState(Slice):
+    """What the panel shows."""
+
+    # The kind of section whose dimensions it shows; "" for that which the beam tells.
+    section: str = field(
+        default="", metadata=choice(key=name_key("section", SECTION_NAMES), until=("scene",))
+    )
 
 
 def with_sizes(kind: str) -> Callable[[State], State]:
     """The edit that shows the dimensions of a kind of section."""
-    return lambda state: state.with_choice(SECTION, kind)
+    return lambda state: state.with_values(RealBeamState, section=kind)
 
 
 class RealBeamPanel(Feature):
-    """The panel, of which the tables of a blade take the place while SECTION is ALONG."""
+    """The panel, of which the tables of a blade take the place while the section is ALONG."""
 
-    choices = (SECTION,)
+    state = RealBeamState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -409,14 +415,14 @@ class RealBeamPanel(Feature):
 
     def content(self, snapshot: Snapshot) -> Content:
         state = snapshot.state
-        return panel_content(state.case, state[SECTION], state.refused) | presets_content(
-            state.case
-        )
+        section = state.slice(RealBeamState).section
+        panel = panel_content(state.case, section, state.refused)
+        return panel | presets_content(state.case)
 
     def edit(self, name: str, value: Any) -> None:
 
         def edit(beam: Beam) -> Beam:
-            return edited(beam, name, value, self.visitor.state[SECTION])
+            return edited(beam, name, value, self.visitor.state.slice(RealBeamState).section)
 
         self.load(f"real.{name}", edit, value)
 
@@ -439,7 +445,7 @@ class RealBeamPanel(Feature):
         elif kind in SECTIONS:
 
             def edit(beam: Beam) -> Beam:
-                return with_section(beam, kind, self.visitor.state[SECTION])
+                return with_section(beam, kind, self.visitor.state.slice(RealBeamState).section)
 
             load(self.visitor, "real.section", edit, then=with_sizes(kind))
 
@@ -472,7 +478,7 @@ def load(
             changed = replace(scene, beam=beam, camera=None)
             if beam.is_turned:
                 changed = replace(changed, options={**changed.options, "plane": "both"})
-            kept = with_sizes(state[SECTION])
+            kept = with_sizes(state.slice(RealBeamState).section)
             visitor.change(lambda state: then(kept(state.loaded(changed))), loads=True)
 
 

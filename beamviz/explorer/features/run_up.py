@@ -3,7 +3,7 @@ the scene shows the steady forced response at each speed."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -14,13 +14,13 @@ from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import cursor
-from beamviz.explorer.declarations import Choice, Tab, number_key
+from beamviz.explorer.declarations import Tab, choice, number_key, switch_key, whole_key
 from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SolverAnswer
-from beamviz.explorer.state import Case, State
+from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
@@ -28,7 +28,36 @@ from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
+CHANGED = ("scene", "force_per_rev", "damping")  # events that end the response
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
+
+
+@dataclass(frozen=True)
+class RunUpState(Slice):
+    """The force, and the run-up."""
+
+    # Periods of the force per revolution.
+    force_per_rev: int = field(
+        default=1, metadata=choice(values=PER_REV, key=whole_key("force", 1, max(PER_REV)))
+    )
+    # The damping ratio of every mode.
+    damping: float = field(default=0.02, metadata=choice(key=number_key("damping", *DAMPING)))
+    # The scene shows the response to the force.
+    forced_response: bool = field(
+        default=False,
+        metadata=choice(
+            key=switch_key("response"), until=(*CHANGED, "structure", "modes", "motion")
+        ),
+    )
+    # The speed during a run-up, shown in place of the beam's; 0 until the run-up is computed, None
+    # without one.
+    run_speed: float | None = field(
+        default=None, metadata=choice(undo="ends", until=(*CHANGED, "case", "motion"))
+    )
+
+    def shown(self, case: Case) -> Case:
+        """During a run-up at the speed of that."""
+        return case.changed("gamma", self.run_speed) if self.run_speed else case
 
 
 class RunUpRequest(NamedTuple):
@@ -44,8 +73,8 @@ class RunUpRequest(NamedTuple):
         """The run-up of a state. It depends on the speed of the state only by its end, beyond that
         speed, which changes rarely."""
         stop = CHART_FILL * chart_range(state.case.nearest_beam(), "gamma")[1]
-        case = state.shown_case.changed("gamma", 0.0)
-        return cls(case, state.force_per_rev, state[DAMPED], stop)
+        case, force = state.shown_case.changed("gamma", 0.0), state.slice(RunUpState)
+        return cls(case, force.force_per_rev, force.damping, stop)
 
     @property
     def beam(self) -> Beam:
@@ -86,10 +115,9 @@ def response_drawn(
 
 def started(state: State) -> State:
     """From rest, with the response to the force in the scene, and its line in the chart."""
-    per_rev = tuple(sorted({*state.per_rev, state.force_per_rev}))
-    state = state.changed("all_modes", False)
-    state = replace(state, per_rev=per_rev, forced_response=True, in_motion=False)
-    return replace(state, run_speed=0.0)
+    per_rev = tuple(sorted({*state.per_rev, state.slice(RunUpState).force_per_rev}))
+    state = replace(state.after("modes").changed("all_modes", False), per_rev=per_rev)
+    return state.with_values(RunUpState, forced_response=True, run_speed=0.0)
 
 
 def next_speed(run: RunUp, speed: float, elapsed: float) -> float | None:
@@ -138,14 +166,19 @@ TOOLS += page.slider(
 TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data_do="run_up")
 
 
-DAMPED = Choice("damping", 0.02, key=number_key("damping", *DAMPING))  # the ratio of every mode
-
-
 class RunUpTab(Feature):
     """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
-    tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"), (JOB,))
-    choices = (DAMPED,)
+    tab = Tab(
+        "Run-up",
+        6,
+        "The speed rises from rest under a periodic force, through the resonances",
+        page.chart_tab(TOOLS, "run-up-chart", "run-up-list"),
+        (JOB,),
+        beside="Motion",
+        view="run-up",
+    )
+    state = RunUpState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -155,35 +188,38 @@ class RunUpTab(Feature):
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Increase the speed of a run-up after `elapsed` [s]."""
-        speed, answer, visitor = snapshot.state.run_speed, answer_of(snapshot), self.visitor
-        if speed is None or answer is None or snapshot.is_led:
+        speed, answer = snapshot.state.slice(RunUpState).run_speed, answer_of(snapshot)
+        visitor = self.visitor
+        if speed is None or answer is None:
             return
         with visitor.lock:
-            if visitor.state.run_speed == speed:
+            if visitor.state.slice(RunUpState).run_speed == speed:
                 reached = next_speed(answer.result, speed, elapsed) if answer.result else None
-                visitor.set_state(replace(visitor.state, run_speed=reached))
+                visitor.set_state(visitor.state.with_values(RunUpState, run_speed=reached))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The run-up while the scene shows the response, or the tab is open."""
         state = snapshot.state
-        is_shown = state.forced_response or state.tab == self.tab.key
+        is_shown = state.slice(RunUpState).forced_response or state.tab == self.tab.key
         return {JOB: RunUpRequest.of(state)} if is_shown else {}
 
     def picture(self, inputs: Inputs, picture: Picture) -> Picture:
         """The response, from the start until a mode is chosen."""
         state, answer, run = inputs.state, inputs.answer, answer_of(inputs)
-        if state.run_speed is not None:
+        force = state.slice(RunUpState)
+        if force.run_speed is not None:
             picture = replace(picture, plays=True)
-        if not (state.forced_response and run and run.result and answer):
+        if not (force.forced_response and run and run.result and answer):
             return picture
         drawn = None
         if not state.view.all_modes:
             drawn = response_drawn(run.result, answer, state.view, inputs.scale)
-        force = state.force_per_rev * answer.shapes.beam.gamma
-        return replace(picture, drawn=drawn, force=force) if drawn else picture
+        frequency = force.force_per_rev * answer.shapes.beam.gamma
+        return replace(picture, drawn=drawn, force=frequency) if drawn else picture
 
     def content(self, snapshot: Snapshot) -> Content:
-        answer, running = answer_of(snapshot), snapshot.state.run_speed is not None
+        answer = answer_of(snapshot)
+        running = snapshot.state.slice(RunUpState).run_speed is not None
         return (
             page.html("run-up-button", "Stop" if running else "Run up from rest")
             | chart_content(answer)
@@ -196,8 +232,8 @@ class RunUpTab(Feature):
 def started_or_stopped(state: State) -> State:
     """With a run-up from rest, or without the one under way; unchanged for a number out of range,
     of which there is none."""
-    if state.run_speed is not None:
-        return replace(state, run_speed=None)
+    if state.slice(RunUpState).run_speed is not None:
+        return state.with_values(RunUpState, run_speed=None)
     return started(state) if state.case.in_range else state
 
 
@@ -222,13 +258,13 @@ def line_content(run: RunUp | None, beam: Beam | None) -> Content:
 
 def with_damping(state: State, percent: object) -> State:
     ratio = percent / 100 if isinstance(percent, int | float) else percent
-    damping = max(clip(ratio, DAMPING[1], state[DAMPED]), DAMPING[0])
-    return state.without_run_up().with_choice(DAMPED, damping)
+    damping = max(clip(ratio, DAMPING[1], state.slice(RunUpState).damping), DAMPING[0])
+    return state.with_values(RunUpState, damping=damping).after("damping")
 
 
 def damping_shown(state: State) -> float:
     """The damping ratio [%], without rounding errors."""
-    return round(100 * state[DAMPED], 6)
+    return round(100 * state.slice(RunUpState).damping, 6)
 
 
 def run_data(run: RunUp) -> page.Data:

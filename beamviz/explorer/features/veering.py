@@ -195,7 +195,15 @@ SKELETON = (
 class VeeringTab(Feature):
     """The crossing or veering nearest to the beam along the axis of the chart, magnified."""
 
-    tab = Tab("Veering", 3, SKELETON, (SOLUTION, CHART, JOB))
+    tab = Tab(
+        "Veering",
+        3,
+        "Two frequencies that come close, magnified, and how the shapes of their modes mix",
+        SKELETON,
+        (SOLUTION, CHART, JOB),
+        beside="Frequencies",
+        view="veering",
+    )
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

@@ -9,7 +9,7 @@ import json
 import math
 import re
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -20,6 +20,7 @@ from viser import ClientHandle, GuiEvent, ViserServer
 from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, strength_text
+from beamviz.explorer.declarations import Tab
 from beamviz.explorer.page.messages import decode_action, encode_update
 from beamviz.files import package_text
 from beamviz.frequency_loci.events import EVENT_KINDS
@@ -76,27 +77,67 @@ class Action(NamedTuple):
 
 
 def insert_page(
-    viser_page: str, tabs: Mapping[str, tuple[str, str]], first_picture: str = ""
+    viser_page: str,
+    tabs: Mapping[str, Tab],
+    styles: Iterable[str] = (),
+    first_picture: str = "",
 ) -> str:
-    """viser's page with our elements around its scene, our style and our scripts. tabs: names and
-    contents (HTML) by key, in their order; first_picture: HTML in place of the scene until that has
-    come."""
-    style, script = package_text(*STYLES), package_text(*SCRIPTS)
-    heads = panels = ""
-    for k, (key, (name, content)) in enumerate(tabs.items()):
-        tab, panel = f"to-{key}", f"tab-{key}"
-        shown = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
-        heads += button(name, role="tab", aria_selected=k == 0, **shown)
-        shown = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
-        panels += f'<div role="tabpanel" tabindex="0"{attributes(**shown)}>{content}</div>'
+    """viser's page with our elements around its scene, our style and our scripts. tabs: by key, in
+    their order; styles: names of the CSS files of features; first_picture: HTML in place of the
+    scene until that has come."""
+    of_features = (f"explorer/features/{name}" for name in styles)
+    style, script = package_text(*STYLES, *of_features), package_text(*SCRIPTS)
+    heads = views = panels = help_rows = ""
+    for k, (key, tab) in enumerate(tabs.items()):
+        help_rows += f"<tr><td>{tab.name}</td><td>{escape(tab.help)}</td></tr>"
+        shown = {"id": f"tab-{key}", "aria_labelledby": f"to-{key}", "hidden": k > 0}
+        panels += f'<div role="tabpanel" tabindex="0"{attributes(**shown)}>{tab.content}</div>'
+        if not tab.beside:
+            group = [tab, *(other for other in tabs.values() if other.beside == tab.name)]
+            heads += head_of(tab, group, is_open=k == 0)
+            views += views_of(group, is_open=k == 0) if len(group) > 1 else ""
     symbols = "".join(
         f"<tr><td>{parameter.symbol}</td><td>{parameter.label}</td><td>{parameter.formula}</td></tr>"
         for parameter in PARAMETERS.values()
     )
-    parts = {"tabs": heads, "panels": panels, "symbols": symbols, "first_picture": first_picture}
+    parts = {"tabs": heads, "views": views, "panels": panels, "symbols": symbols, "help": help_rows}
+    parts["first_picture"] = first_picture
     markup = package_text("explorer/page/page.html").format(**parts)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def head_of(tab: Tab, group: Iterable[Tab], *, is_open: bool) -> str:
+    """The head (HTML) of a tab and its other views."""
+    return button(
+        tab.name,
+        id=f"to-{tab.key}",
+        role="tab",
+        aria_selected=is_open,
+        aria_controls=f"tab-{tab.key}",
+        data_panels=" ".join(f"tab-{view.key}" for view in group),
+        tabindex=None if is_open else -1,
+        hidden=tab.is_aside and not is_open,
+        data_aside="" if tab.is_aside else None,
+    )
+
+
+def views_of(group: Sequence[Tab], *, is_open: bool) -> str:
+    """The buttons (HTML) that choose one of the views of a tab, the first one its own."""
+    first, *_ = group
+    buttons = "".join(
+        button(
+            view.view,
+            id=None if view is first else f"to-{view.key}",
+            class_="quiet",
+            data_panel=f"tab-{view.key}",
+            aria_pressed=view is first,
+        )
+        for view in group
+    )
+    shown = attributes(aria_label=f"Views of {first.name}", data_of=f"to-{first.key}")
+    hidden = "" if is_open else " hidden"
+    return f'<div class="views" role="group"{shown}{hidden}>{buttons}</div>'
 
 
 def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:

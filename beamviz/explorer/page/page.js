@@ -161,14 +161,8 @@ const beamviz = (() => {
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
 
-  /**
-   * What makes an address that of another scene: its lesson, or a real beam.
-   * @param {string} query
-   */
-  function sceneOf(query) {
-    const keys = new URLSearchParams(query);
-    return `${keys.get("lesson") ?? ""} ${keys.has("length")}`;
-  }
+  /** @type {(query: string) => string} */
+  const lessonOf = (query) => new URLSearchParams(query).get("lesson") ?? "";
 
   /**
    * Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE.
@@ -178,8 +172,9 @@ const beamviz = (() => {
     if (address !== null) return void (address = query);
     address = query;
     const url = location.pathname + (query && `?${query}`);
-    if (sceneOf(query) === sceneOf(location.search)) replaceAddress(url);
-    else history.pushState(null, "", url); // Back returns to it
+    const lesson = lessonOf(query);
+    if (lesson && lesson !== lessonOf(location.search)) history.pushState(null, "", url); // Back returns to the scene before
+    else replaceAddress(url); // all else is undone by steps: Back would lose them
     setTimeout(() => {
       const latest = address;
       address = null;
@@ -412,8 +407,7 @@ const beamviz = (() => {
 
   /** @type {(text: string | undefined) => Scalar} */
   const json = (text) => (text === undefined ? null : JSON.parse(text));
-  /** @type {(tab: Part) => Part[]} */
-  const tabsBeside = (tab) => all(TAB, tab.closest("[role=tablist]") ?? document);
+  const tabs = () => all(TAB).filter((tab) => !tab.hidden);
   /** @type {(tab: Part) => Part} */
   const panelOf = (tab) => byId(tab.getAttribute("aria-controls") ?? "");
 
@@ -445,12 +439,18 @@ const beamviz = (() => {
 
   /** @param {Part} panel */
   function openTab(panel, tell = true) {
-    const [tab] = all(`[aria-controls="${panel.id}"]`);
+    const tab = all(TAB).find((one) => one.dataset.panels?.split(" ").includes(panel.id));
     if (!tab) return;
-    for (const one of tabsBeside(tab)) {
+    for (const one of all(TAB)) {
       one.ariaSelected = String(one === tab);
       one.tabIndex = one === tab ? 0 : -1;
-      panelOf(one).hidden = one !== tab;
+      one.hidden = one !== tab && one.dataset.aside !== undefined;
+    }
+    tab.setAttribute("aria-controls", panel.id); // the view to which the tab returns
+    for (const one of all("[role=tabpanel]")) one.hidden = one !== panel;
+    for (const group of all(".views")) {
+      group.hidden = group.dataset.of !== tab.id;
+      for (const view of all("[data-panel]", group)) view.ariaPressed = String(view.dataset.panel === panel.id);
     }
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
@@ -579,13 +579,13 @@ const beamviz = (() => {
    * @param {Part} tab
    */
   function onTabKey(event, tab) {
-    const tabs = tabsBeside(tab), k = tabs.indexOf(tab);
+    const those = tabs(), k = those.indexOf(tab);
     /** @type {Record<string, number>} */
-    const places = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: tabs.length - 1 };
+    const places = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: those.length - 1 };
     const next = places[event.key];
     if (next === undefined) return;
     event.preventDefault();
-    const other = tabs[(next + tabs.length) % tabs.length];
+    const other = those[(next + those.length) % those.length];
     openTab(panelOf(other));
     other.focus();
   }
@@ -656,7 +656,9 @@ const beamviz = (() => {
     document.addEventListener("click", (event) => {
       const e = targetOf(event), tab = e.closest(TAB), acting = e.closest(ACT);
       const dialog = e.closest("[data-dialog]"), pointing = e.closest("[data-point]");
+      const view = e.closest("[data-panel]");
       if (tab) openTab(panelOf(tab));
+      else if (view) openTab(byId(view.dataset.panel ?? ""));
       else if (pointing) point(pointing.dataset.point ?? "");
       else if (e.closest("#copy-link")) copyLink();
       else if (e.closest("#save-picture")) savePicture();
