@@ -408,8 +408,10 @@ const beamviz = (() => {
   /** @type {(text: string | undefined) => Scalar} */
   const json = (text) => (text === undefined ? null : JSON.parse(text));
   const tabs = () => all(TAB).filter((tab) => !tab.hidden);
+  /** @type {(tab: Part) => string[]} */
+  const panelsOf = (tab) => (tab.dataset.panels ?? "").split(" "); // of its views, the first one its own
   /** @type {(tab: Part) => Part} */
-  const panelOf = (tab) => byId(tab.getAttribute("aria-controls") ?? "");
+  const panelOf = (tab) => byId(panelsOf(tab)[0]);
 
   /**
    * Sends what a button is for: that something is switched, a value that it sets, or an action. What
@@ -439,14 +441,14 @@ const beamviz = (() => {
 
   /** @param {Part} panel */
   function openTab(panel, tell = true) {
-    const tab = all(TAB).find((one) => one.dataset.panels?.split(" ").includes(panel.id));
+    const tab = all(TAB).find((one) => panelsOf(one).includes(panel.id));
     if (!tab) return;
     for (const one of all(TAB)) {
       one.ariaSelected = String(one === tab);
       one.tabIndex = one === tab ? 0 : -1;
       one.hidden = one !== tab && one.dataset.aside !== undefined;
     }
-    tab.setAttribute("aria-controls", panel.id); // the view to which the tab returns
+    tab.setAttribute("aria-controls", panel.id);
     for (const one of all("[role=tabpanel]")) one.hidden = one !== panel;
     for (const group of all(".views")) {
       group.hidden = group.dataset.of !== tab.id;
