@@ -124,7 +124,7 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
         hint = did_you_mean(str(si), PRESETS)
         raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}{hint}")
     known = None if si.exists() else PRESETS.get(str(si))
-    is_blade = file.suffix.lower() not in TOML_SUFFIXES
+    is_blade = known is None and si.suffix.lower() not in TOML_SUFFIXES
     for name, value in given.items():
         if name == "mu" or not is_blade:
             option = f"--{name} {value}".replace("_", "-")
