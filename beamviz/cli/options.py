@@ -123,14 +123,14 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     if not (si.suffix or si.exists() or str(si) in PRESETS):
         hint = did_you_mean(str(si), PRESETS)
         raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}{hint}")
-    file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
-    is_blade = file.suffix.lower() not in TOML_SUFFIXES
+    known = None if si.exists() else PRESETS.get(str(si))
+    is_blade = known is None and si.suffix.lower() not in TOML_SUFFIXES
     for name, value in given.items():
         if name == "mu" or not is_blade:
             option = f"--{name} {value}".replace("_", "-")
             gives = "mu" if is_blade else "all numbers"
             raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
-    beam = Beam.from_file(file)
+    beam = known.beam if known else Beam.from_file(si)
     return beam.replace(**given), options
 
 

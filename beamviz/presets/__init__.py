@@ -67,8 +67,10 @@ PRESETS = {
         "NREL 5 MW blade, untwisted",
         FOLDER / "nrel_5mw_blade.toml",
         NREL_SOURCE,
-        "Without its twist of 13° at the root each plane of bending is by itself, as a motion in"
-        f" time needs it. {LEFT_OUT} A real blade vibrates flapwise and edgewise at once.",
+        "This model leaves out the twist of the blade (13° at the root), so that each plane of"
+        " bending is by itself, as a motion in time needs it; torsion, the coupling of bending with"
+        " it, offsets of the axes, prebend, the cone of the rotor, air and weight. A real blade"
+        " vibrates flapwise and edgewise at once.",
         is_twisted=False,
     ),
     "nrel-5mw-twisted-blade": Preset(
