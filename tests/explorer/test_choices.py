@@ -135,8 +135,8 @@ def test_a_link_without_a_choice_has_the_usual_one():
 
 def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
     """Which keeps all else."""
-    short = Draft((("0", "1", "2", "3", ""), ("x", "1", "2", "3", "")))
-    long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "") for _ in range(200)))
+    short = Draft((("0", "1", "2", "3", "", ""), ("x", "1", "2", "3", "", "")))
+    long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "", "") for _ in range(200)))
     state = state_of_link("gamma=3&film=1+period")
     with_room, without = (
         query_of(state.with_values(BladeState, draft=draft), START) for draft in (short, long)

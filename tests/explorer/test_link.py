@@ -62,7 +62,11 @@ def test_a_link_is_parsed(query, found):
         ),
         (
             "stations=[0,1,2]&mass_per_length=[1,2]&bending_stiffness=[1,2,-3]&axial_stiffness=x",
-            ["mass_per_length: 2 values, 3", "bending_stiffness = -3", "axial_stiffness = 'x'"],
+            [
+                "mass_per_length: 2 values, 3",
+                "bending_stiffness of station 3 at 2 m = -3",
+                "axial_stiffness = 'x'",
+            ],
         ),
         (
             "stations=[1,2]&mass_per_length=[1,2]&bending_stiffness=-3&axial_stiffness=[1,2]",

@@ -49,6 +49,7 @@ KINDS = {
     ".csv": ("Modes (CSV)", "A table of frequencies and nodes, for spreadsheets"),
     ".shapes.csv": ("Shapes (CSV)", "Equilibrium, loads and mode shapes along the beam"),
     ".npz": ("Numbers (NPZ)", "All of these, for Python"),
+    ".dat": ("Mode shapes (DAT)", "As polynomials, for an ElastoDyn blade file"),
 }
 
 

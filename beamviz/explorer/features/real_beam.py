@@ -535,16 +535,18 @@ def preset_of(beam: Beam) -> str:
 def presets_content(case: Case) -> Content:
     """The preset that is marked as chosen."""
     chosen = preset_of(case.beam) if case.in_range else ""
-    return page.value("real.preset", chosen) | page.value("blade.preset", chosen)
+    blade = chosen if chosen in BLADES else ""
+    return page.value("real.preset", chosen) | page.value("blade.preset", blade)
 
 
 CHOSEN = ("", "real.section", "real.material")  # that are no fields
+BLADE_TITLES = {"": "a blade…"} | {name: blade.title for name, blade in BLADES.items()}
 BUTTONS = "".join(
     page.button(name, data_set="real.preset", data_value=name, title=real.source)
     for name, real in PRESETS.items()
-) + "".join(
-    page.button(one.title, data_set="blade.preset", data_value=name, title=one.source)
-    for name, one in BLADES.items()
+) + (
+    '<select data-set="blade.preset" aria-label="blades to start from">'
+    f"{page.options(BLADE_TITLES)}</select>"
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")
 AS_AT_ROOT = page.button("uniform, as at the root", data_do="blade.uniform")
