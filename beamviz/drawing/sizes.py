@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.si import INEXTENSIBLE
 
 VISIBLE_THICKNESS = 0.04
+SLENDER = 100.0
 LARGER = (0.01, 0.2)  # [beam lengths] least and largest of the larger size
 RELATIVE_SIZES = (0.25, 2.0)  # of a section over that of the root: the tip of a taper is visible
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
@@ -33,9 +35,10 @@ def section_size(
 ) -> tuple[float, float]:
     """At the root, thickness in the plane of motion and breadth along its normal; in both planes
     those in the plane of rotation and along its normal, before the section is turned. h = sqrt(12)
-    / mu in the plane of rotation. They have their true proportion, unless the larger one would be
+    / mu in the plane of rotation, of an inextensible beam, whose size is not known, as with
+    SLENDER. They have their true proportion, unless the larger one would be
     above LARGER."""
-    h = math.sqrt(12) / beam.mu
+    h = math.sqrt(12) / (SLENDER if beam.mu == INEXTENSIBLE else beam.mu)
     flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else beam.flap
     small, large = sorted((h, h * math.sqrt(flap)))
     larger = max(1.0, LARGER[0] / large, VISIBLE_THICKNESS / small if thicken else 0.0)

@@ -10,7 +10,7 @@ from helpers import sampled
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
 from beamviz.drawing import BeamView, beam_mesh, camera
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
@@ -215,3 +215,9 @@ def test_pieces_are_closed_at_the_ends_and_where_the_section_jumps():
         drawn = show(Beam(blade=blade))
         last, k = len(drawn.shapes.strain) - 1, drawn.shapes.station(0.4)
         assert drawn.capped == ([0, k - 1, k, last] if blade is JUMP else [0, last])
+
+
+def test_the_size_of_an_inextensible_beam_is_a_usual_one():
+    """Its axial stiffness says nothing of its section."""
+    inextensible = Beam(mu=PARAMETERS["mu"].limits[1])
+    assert section_size(inextensible) == section_size(Beam(mu=100))

@@ -55,7 +55,7 @@ from beamviz.explorer.state import Case, Refused, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.presets import PRESETS, Preset
-from beamviz.si import PhysicalBeam
+from beamviz.si import INEXTENSIBLE, PhysicalBeam
 from beamviz.tables import plural
 
 TABLES = {"stations": STATIONS, "masses": MASSES}
@@ -536,16 +536,19 @@ UNIFORM = Blade((0.0, 1.0), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0))
 def chart_content(case: Case) -> Content:
     """The properties along the span, each over its value at the root."""
     assert case.units
-    data = properties_data(case.blade or UNIFORM, case.units.length)
+    stretches = case.numbers["mu"] != INEXTENSIBLE
+    data = properties_data(case.blade or UNIFORM, case.units.length, stretches)
     return page.props("blade-chart", hidden=False) | page.chart("blade-chart", data)
 
 
-def properties_data(blade: Blade, length: float) -> page.Data:
-    """The chart of the properties along a span of some length [m]."""
+def properties_data(blade: Blade, length: float, stretches: bool = True) -> page.Data:
+    """The chart of the properties along a span of some length [m]; the axial stiffness only of a
+    beam that stretches."""
     place = np.linspace(0, 1, 2 if blade.degree == 1 else POINTS)
     x = np.concatenate([part.start + (part.stop - part.start) * place for part in blade.segments])
     at, lines, top = page.sent(length * x), [], 1.0
-    names = [name for name in LINES if name != "flap" or blade.flap]
+    is_given = {"flap": blade.flap is not None, "axial": stretches}
+    names = [name for name in LINES if is_given.get(name, True)]
     for name in names:
         y = np.concatenate([part.polynomials[name](place) for part in blade.segments])
         y = y / y[0]
