@@ -28,6 +28,7 @@ from beamviz.explorer.blade_table import (
     wrong_entries,
 )
 from beamviz.explorer.features import real_beam
+from beamviz.explorer.features.blade import uniform as made_uniform
 from beamviz.presets import PRESETS
 from beamviz.scene import MAX_LINK, Scene
 
@@ -659,3 +660,10 @@ def test_every_column_of_a_blade_can_be_read(opened, name):
         opened.resize(width, 900)
         assert opened.evaluate(f"[{wide}, {cut}.length]") == [0, 0]
     opened.resize(1440, 900)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_each_blade_can_be_made_uniform(name):
+    beam = made_uniform(PRESETS[name].beam)
+    assert beam.is_prismatic
+    assert beam.blade is None or beam.blade.twist is None

@@ -274,6 +274,7 @@ def uniform(beam: Beam) -> Beam:
             bending_stiffness=(EI, EI),
             axial_stiffness=(EA, EA),
             flap_stiffness=flap and (flap[0], flap[0]),
+            twists=None,
             degree=1,
             density=m * E / EA,
             youngs_modulus=E,
