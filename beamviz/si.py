@@ -94,7 +94,7 @@ SI_SYNONYMS = {  # other names of these values
 }
 SI_REQUIRED = ("length", *MATERIAL)  # of a uniform beam by its material
 OPTIONAL = ("axial_stiffness",)  # of SECTION: without it the beam is inextensible
-INEXTENSIBLE = 1e6  # mu: the stretch is below (gamma / mu)^2, at most 1e-8 in any usual rotation
+INEXTENSIBLE = 1e6  # mu: the stretch, about (gamma / mu)^2, is below 1e-8 up to gamma = 100
 MAX_MASSES = 20
 TURN_LIMITS = (-180.0, 180.0)  # [deg] of pitch and twist
 ROUNDING = 1e-9  # relative, of the height of a section
@@ -154,8 +154,13 @@ class PhysicalBeam:
     @property
     def is_inextensible(self) -> bool:
         """Whether its axial stiffness stands for that of a beam that does not stretch."""
-        ratio = self.length * math.sqrt(self.axial_stiffness[0] / self.bending_stiffness[0])
-        return ratio >= INEXTENSIBLE * (1 - ROUNDING)
+        is_constant = len(set(self.axial_stiffness)) == 1
+        return is_constant and math.isclose(self.slenderness, INEXTENSIBLE, rel_tol=ROUNDING)
+
+    @property
+    def slenderness(self) -> float:
+        """mu of the section at the root."""
+        return self.length * math.sqrt(self.axial_stiffness[0] / self.bending_stiffness[0])
 
     @property
     def is_uniform(self) -> bool:
@@ -209,7 +214,7 @@ class PhysicalBeam:
             "beta": self.mass_position / L,
             "gamma": self.rotation_speed * units.time,
             "delta": self.hub_radius / L,
-            "mu": L * math.sqrt(self.axial_stiffness[0] / self.bending_stiffness[0]),
+            "mu": INEXTENSIBLE if self.is_inextensible else self.slenderness,
             "spin_up": self.angular_acceleration * units.time * units.time,
             "flap": 1.0,  # a flapwise stiffness is that of a blade
             "pitch": self.pitch,
@@ -300,6 +305,8 @@ class PhysicalBeam:
     def section_values(self) -> dict[str, Any]:
         """The keywords of the section: numbers, or lists with the stations where they vary."""
         rows = {name: getattr(self, name) for name in (*SECTION, *FLAP)}
+        if self.is_inextensible:
+            del rows["axial_stiffness"]
         if len(self.stations) == 2 and self.is_prismatic and self.twists is None:
             return {name: row[0] for name, row in rows.items() if row is not None}
         values: dict[str, Any] = {name: list(row) for name, row in rows.items() if row is not None}
@@ -531,7 +538,8 @@ def required_float(name: str, key: str, record: Mapping[str, Any], most: float =
     """The number of a key in the table of a body, from 0 to the largest, or InvalidInput."""
     if record.get(key) is None:
         raise InvalidInput(f"{name}: missing {key!r} [{MASS_KEYS[key]}]")
-    return check_float(f"{name}: {key}", record[key], 0.0, most)
+    full_name = f"{name}: {key}"
+    return check_float(full_name, in_si(full_name, record[key], MASS_KEYS[key]), 0.0, most)
 
 
 def stiffness_of_root(value: Any) -> float:

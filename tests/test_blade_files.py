@@ -10,6 +10,7 @@ from blade_texts import BLADE, KEYWORDS
 
 from beamviz import Beam, InvalidInput, LeftOut, solve
 from beamviz.cli import main
+from beamviz.conversions import unit_size
 
 SPEED = {"hub_radius": BLADE.hub_radius, "rotation_rpm": 12.1}
 
@@ -121,7 +122,7 @@ WRONG = {
     "length": ("b.dat", blade_texts.elastodyn(), {}, "fractions of the length: give length [m]"),
     "cell": (
         *("b.dat", blade_texts.elastodyn().replace("9.0  ", "9.x  "), {"length": 40}),
-        "line 14, station 2, strctwst = '9.x': must be a number",
+        "line 14, station 2, StrcTwst = '9.x': must be a number",
     ),
     "negative": (
         *("b.dat", blade_texts.bmodes().replace("2000000000.0", "-2e9"), {"length": 40}),
@@ -157,6 +158,39 @@ def test_the_tip_may_be_soft():
     }
     solution = solve(Beam.from_si(**values, **SPEED), modes=4, plane="both")
     assert (solution.errors <= 1e-6 * solution.frequencies).all()
+
+
+def test_an_inextensible_beam_stays_one_in_its_own_values(tmp_path):
+    beam = Beam.from_si(**KEYWORDS, **SPEED)
+    assert "axial_stiffness" not in beam.si
+    again = Beam.from_si(**beam.si)
+    assert_same_beam(again, beam)
+    assert "inextensible" in again.summary
+
+
+@pytest.mark.parametrize(
+    ("text", "si_unit", "size"),
+    [
+        *(("Nm2", "N m^2", 1.0), ("N·m²", "N m^2", 1.0), ("lbf-in^2", "N m^2", 0.00286980)),
+        *(("lb.in2", "N m^2", 0.00286980), ("lbm/in", "kg/m", 17.8580), ("in", "m", 0.0254)),
+        *(("lbf", "N", 4.44822), ("kg-m^2", "kg m^2", 1.0), ("rpm", "rad/s", 0.104720)),
+        *(("°", "deg", 1.0), ("deg/s", "rad/s", 0.0174533)),
+    ],
+)
+def test_units_are_read_as_people_write_them(text, si_unit, size):
+    assert unit_size(text, si_unit) == pytest.approx(size, rel=1e-5)
+
+
+def test_a_file_in_an_older_encoding_is_read(tmp_path):
+    file = tmp_path / "blade.csv"
+    file.write_bytes("x [m];m;EI;twist [°]\n0;1;100;3\n1;1;100;0\n".encode("latin-1"))
+    assert read(file).blade.twist == (3.0, 0.0)
+
+
+def test_values_of_a_mass_may_have_units():
+    masses = [{"mass": "250 g", "position": "10 in", "inertia": (0, 0, 0)}]
+    beam = Beam.from_si(length=1, mass_per_length=1, bending_stiffness=100, masses=masses)
+    assert (beam.masses[0].alpha, beam.masses[0].beta) == pytest.approx((0.25, 0.254))
 
 
 @pytest.mark.filterwarnings("ignore::beamviz.ImplausibleInput")  # of such stiffnesses

@@ -197,7 +197,14 @@ def searched_with_enough_modes(
     while True:
         u, held, more = searched(family, goal, {**options, "modes": modes})
         solves += more
-        needed = min(MAX_MODES, modes_below(family, u, goal, options) + 1)
+        below = modes_below(family, u, goal, options)
+        if below >= MAX_MODES:
+            raise InvalidInput(
+                f"clear: {MAX_MODES} modes and more lie below the line {max(goal.lines)} per"
+                f" revolution at gamma = {goal.high:g}, of which {MAX_MODES} are computed: give"
+                " fewer lines or a lower speed, or the number of modes that count"
+            )
+        needed = below + 1
         if needed <= modes:
             return u, held, solves
         modes = needed

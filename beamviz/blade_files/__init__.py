@@ -18,7 +18,16 @@ from beamviz.conversions import in_si
 from beamviz.errors import InvalidInput, LeftOut
 from beamviz.input_files import decoded, read_small
 
-__all__ = ["FORMATS", "BladeData", "Format", "Text", "delimited", "parse_blade", "read_blade_file"]
+__all__ = [
+    "CSV",
+    "FORMATS",
+    "BladeData",
+    "Format",
+    "Text",
+    "delimited",
+    "parse_blade",
+    "read_blade_file",
+]
 
 
 MAX_BYTES = 2_000_000
@@ -31,8 +40,10 @@ class Format(NamedTuple):
     what: str  # it is recognised by
     is_this: Callable[[Text], bool]
     read: Callable[[Text], BladeData]
+    read_set: Callable[[Text, str], BladeData] | None = None  # by its name, where it has several
 
 
+CSV = Format("CSV", "a line of names of columns", delimited.is_table, delimited.read_stations)
 FORMATS = (
     Format(
         *("ElastoDyn blade", "columns BlFract, BMassDen"),
@@ -47,24 +58,36 @@ FORMATS = (
         *("ElastoDyn", "entries TipRad, HubRad, BldFile(1)"),
         *(elastodyn.is_main, elastodyn.read_main),
     ),
-    Format("HAWC2 structure", "sets #1, $1", hawc2.is_structure, hawc2.read_structure),
+    Format(
+        name="HAWC2 structure",
+        what="sets #1, $1",
+        is_this=hawc2.is_structure,
+        read=hawc2.read_structure,
+        read_set=hawc2.read_structure,
+    ),
     Format("FLEX blade", "a count and rows of numbers", flex.is_blade, flex.read_blade),
-    Format("CSV", "a line of names of columns", delimited.is_table, delimited.read_stations),
+    CSV,
 )
 
 
-def parse_blade(file: Text, chosen: str = "") -> BladeData:
-    """What the text of a file says. chosen: the name of a set, of a file that has several. Raises
-    InvalidInput for a text of no known format, with what was looked for."""
+def format_of(file: Text) -> Format:
+    """The format of a file. Raises InvalidInput for none, with what was looked for."""
     form = next((form for form in FORMATS if form.is_this(file)), None)
     if form is None:
         looked_for = "; ".join(f"{form.what} ({form.name})" for form in FORMATS)
         raise InvalidInput(f"{file.name}: no file of a known format; looked for {looked_for}")
+    return form
+
+
+def parse_blade(file: Text, chosen: str = "") -> BladeData:
+    """What the text of a file says. chosen: the name of a set, of a file that has several. Raises
+    InvalidInput."""
+    form = format_of(file)
     if not chosen:
         return form.read(file)
-    if form.read is not hawc2.read_structure:
-        raise InvalidInput(f"{file.name}#{chosen}: a file of {form.name} has no sets")
-    return hawc2.read_structure(file, chosen)
+    if form.read_set is None:
+        raise InvalidInput(f"{file.name}#{chosen}: this file has no sets ({form.name})")
+    return form.read_set(file, chosen)
 
 
 def read_blade_file(path: str | Path, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -96,8 +119,14 @@ def read_blade_file(path: str | Path, given: Mapping[str, Any]) -> dict[str, Any
 
 
 def text_of(path: Path) -> Text:
-    """The text of a file. Raises InvalidInput."""
-    return Text(str(path), decoded(read_small(path, MAX_BYTES), str(path), "CSV", MAX_BYTES))
+    """The text of a file, in UTF-8 or, as older programs write it, in Latin-1. Raises
+    InvalidInput."""
+    content = read_small(path, MAX_BYTES)
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        content = content.decode("latin-1").encode("utf-8")
+    return Text(str(path), decoded(content, str(path), "CSV", MAX_BYTES))
 
 
 def from_fractions(

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from beamviz.blade_files.data import BladeData
-from beamviz.blade_files.table import FileTable, Row, Text
+from beamviz.blade_files.table import FileTable, Row, Text, is_number
 from beamviz.conversions import checked_unit_size
 from beamviz.errors import InvalidInput, unknown_keyword
 
@@ -98,11 +98,7 @@ def with_point(cell: str) -> str:
 
 def is_text(cell: str) -> bool:
     """Whether a cell is no number: a name or a unit."""
-    try:
-        float(cell)
-    except ValueError:
-        return bool(re.search(r"[A-Za-z°\[(\-]", cell))
-    return False
+    return not is_number(cell) and re.search(r"[A-Za-z°\[(\-]", cell) is not None
 
 
 def named_columns(

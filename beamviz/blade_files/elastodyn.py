@@ -10,8 +10,15 @@ from beamviz.blade_files.data import BladeData
 from beamviz.blade_files.table import Text, entries_of, entry, fixed_table
 from beamviz.errors import InvalidInput
 
-COLUMNS = {"blfract": "stations", "strctwst": "twist", "bmassden": "mass_per_length"}
-STIFFNESSES = {"edgstff": "bending_stiffness", "flpstff": "flap_stiffness"}
+COLUMNS = {
+    "BlFract": "stations",
+    "StrcTwst": "twist",
+    "BMassDen": "mass_per_length",
+    "EdgStff": "bending_stiffness",
+    "FlpStff": "flap_stiffness",
+}
+AXIAL = "EAStff"  # a column of former versions, often without values
+BLADE_FILE = ("bldfile(1)", "bldfile1")  # the entry that names it, by version
 FACTORS = {
     "mass_per_length": "AdjBlMs",
     "flap_stiffness": "AdjFlSt",
@@ -25,11 +32,10 @@ def is_blade(file: Text) -> bool:
 
 def read_blade(file: Text) -> BladeData:
     """The blade of a file with a table of BlFract, StrcTwst, BMassDen, FlpStff, EdgStff."""
-    lines = file.lines
-    head = next(k for k, line in enumerate(lines) if "BlFract".lower() in line.text.lower().split())
-    columns = lines[head].text.lower().split()
-    known = COLUMNS | STIFFNESSES
-    for name in known:
+    lines, spelled = file.lines, {name.lower(): name for name in (*COLUMNS, AXIAL)}
+    head = next(k for k, line in enumerate(lines) if "blfract" in line.text.lower().split())
+    columns = [spelled.get(name.lower(), name) for name in lines[head].words]
+    for name in COLUMNS:
         if name not in columns:
             raise InvalidInput(f"{file.name}: line {lines[head].number}: missing column {name}")
     entries = entries_of(file)
@@ -37,10 +43,10 @@ def read_blade(file: Text) -> BladeData:
     table = fixed_table(file, lines[head + 2 :], columns, count, "stations of NBlInpSt")
     values = {
         key: table.column(name, positive=key not in ("stations", "twist"))
-        for name, key in known.items()
+        for name, key in COLUMNS.items()
     }
-    if "eastff" in columns and all(x > 0 for x in table.column("eastff")):
-        values["axial_stiffness"] = table.column("eastff")
+    if AXIAL in columns and min(axial := table.column(AXIAL)) > 0:
+        values["axial_stiffness"] = axial
     for key, name in FACTORS.items():
         factor = entry(file, entries, name, 1.0)
         values[key] = tuple(factor * value for value in values[key])
@@ -48,9 +54,8 @@ def read_blade(file: Text) -> BladeData:
 
 
 def is_main(file: Text) -> bool:
-    return {"tiprad", "hubrad", "bldfile(1)"} <= entries_of(file).keys() or {
-        *("tiprad", "hubrad", "bldfile1")
-    } <= entries_of(file).keys()
+    names = entries_of(file).keys()
+    return {"tiprad", "hubrad"} <= names and not names.isdisjoint(BLADE_FILE)
 
 
 def read_main(file: Text) -> BladeData:
@@ -69,5 +74,5 @@ def read_main(file: Text) -> BladeData:
         left_out.append(f"the cone of {cone:g} deg")
     if tip_mass := entry(file, entries, "TipMass(1)", 0.0):
         values["mass"] = tip_mass
-    name = (entries.get("bldfile(1)") or entries["bldfile1"]).text
-    return BladeData(values, left_out=tuple(left_out), blade_file=Path(name))
+    blade_file = next(entries[name].text for name in BLADE_FILE if name in entries)
+    return BladeData(values, left_out=tuple(left_out), blade_file=Path(blade_file))

@@ -4,7 +4,7 @@ each. They have no axial stiffness."""
 import re
 
 from beamviz.blade_files.data import BladeData
-from beamviz.blade_files.table import Text, fixed_table
+from beamviz.blade_files.table import Text, fixed_table, is_number
 from beamviz.errors import InvalidInput
 
 BEFORE_3 = ("r", "EI flap", "EI edge", "mass", "twist")
@@ -30,14 +30,6 @@ def is_blade(file: Text) -> bool:
     rows = [line.words for line in lines[2:4]]
     width = WIDTHS.get(version(file), 8)
     return all(len(row) >= width and all(map(is_number, row[:5])) for row in rows)
-
-
-def is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def read_blade(file: Text) -> BladeData:

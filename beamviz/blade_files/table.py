@@ -61,6 +61,15 @@ class FileTable(NamedTuple):
         return tuple(values)
 
 
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, perhaps not a finite one."""
+    try:
+        float(cell.translate(FORTRAN))
+    except ValueError:
+        return False
+    return True
+
+
 def number_in(cell: str, place: str) -> float:
     """The number in a cell. Raises InvalidInput with its place."""
     try:

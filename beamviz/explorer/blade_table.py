@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, exceeds_joint_limit
 from beamviz.blade import MAX_STATIONS
-from beamviz.blade_files import FORMATS, Text, delimited
+from beamviz.blade_files import CSV, FORMATS, Text, delimited
 from beamviz.conversions import checked_unit_size
 from beamviz.drawing.text import out_of_range
 from beamviz.errors import InvalidInput
@@ -174,8 +174,8 @@ def parse_stations(text: str, length: float) -> Pasted:
     """The stations in a table, or in the text of a file of the field, whose fractions are those of
     a length. Raises InvalidInput."""
     file = Text("the file", text)
-    form = next((form for form in FORMATS if form.is_this(file)), None)
-    if form is None or form.name == "CSV":
+    form = next((form for form in FORMATS if form.is_this(file)), CSV)
+    if form is CSV:
         return Pasted(parse_table(text, STATIONS))
     data = form.read(file)
     if data.blade_file is not None:
