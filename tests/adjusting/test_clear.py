@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beamviz import Beam, NoAnswer, adjust, loci, resonances, solve_many
+from beamviz import Beam, InvalidInput, NoAnswer, adjust, loci, resonances, solve_many
 
 BOUNDS = {"alpha": (0.0, 3.0), "beta": (0.2, 1.0), "delta": (0.0, 2.0)}
 TASKS = [  # free, lines, range of gamma, margin
@@ -105,3 +105,20 @@ def test_without_a_clear_beam_the_best_margin_is_told():
     held = caught.value.best.held
     assert 0 < held.margin < 0.1
     assert held.mode == "B1"
+
+
+def test_a_frequency_above_a_line_is_moved_up():
+    """The first flap mode is above one per revolution at every speed, the more so the larger the
+    hub: the least hub with the margin is where the margin is that asked for."""
+    speeds, bounds = (5.0, 6.0), {"delta": (0.0, 1.0)}
+    answer = adjust(Beam(), bounds, clear=1, between=speeds, margin=0.3, plane="flapwise")
+    assert 0 < answer.free["delta"] < 1
+    beams = [answer.beam.replace(gamma=gamma) for gamma in np.linspace(*speeds, 41)]
+    solutions = solve_many(beams, modes=1, plane="flapwise")
+    ratios = [solution.frequencies[0] / solution.beam.gamma for solution in solutions]
+    assert min(ratios) == pytest.approx(1.3, abs=1e-3)
+
+
+def test_lines_above_more_modes_than_are_computed_are_refused():
+    with pytest.raises(InvalidInput, match="20 modes and more lie below the line 60 per rev"):
+        adjust(Beam(), ["beta"], clear=60, between=(40, 50), margin=0.01)
