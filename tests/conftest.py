@@ -30,12 +30,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Quick tests first, in the order of what they need: a solver, a server or process, a
-    browser."""
+    browser. Tests of a file that share something stay in its order, the slow ones among them."""
     counts = Counter(item.path for item in items)
 
     def order(item: pytest.Item) -> tuple[bool, int, int]:
         """Of browsers the longest files first, as the last one to start is waited for."""
-        is_slow = item.get_closest_marker("slow") is not None
+        is_slow = item.get_closest_marker("slow") is not None and not shares(str(item.path))
         return is_slow, needs(item), -counts[item.path] if needs(item) else 0
 
     items.sort(key=order)
