@@ -53,6 +53,7 @@ def terminate_on_signal(at_last: Callable[[], object] | None = None) -> Iterator
         if at_last:
             at_last()
         end.tell()
+        time.sleep(DELAY)  # another thread may have begun to tell it
         os._exit(end.code)
 
     def terminate(number: int, frame: FrameType | None) -> None:

@@ -417,6 +417,7 @@ def test_back_and_forward_go_between_scenes(desk):
     desk.evaluate("new Promise(done => setTimeout(done, 700))")
     desk.evaluate("history.back()")
     desk.wait("location.search === ''")  # that from before the lesson, not one of before an edit
+    desk.wait("document.getElementById('units').innerText !== 'SI units'")  # and its scene
     desk.send("undo", until="location.search.includes('length=')")
     desk.send("undo", until="location.search === ''")
 
