@@ -50,6 +50,7 @@ def terminate_on_signal(at_last: Callable[[], object] | None = None) -> Iterator
     def watch(number: int) -> None:
         time.sleep(GRACE)
         end = received[-1] if received else Terminated(number)
+        received[:] = [end]  # so that no other one is raised, and told, from now on
         if at_last:
             at_last()
         end.tell()
