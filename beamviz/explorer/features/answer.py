@@ -13,6 +13,7 @@ from beamviz.drawing.text import (
     described,
     duration,
     error_digits,
+    five_digits,
     frequencies,
     length_text,
     measure,
@@ -378,13 +379,6 @@ def rounded(value: float, error: float, factor: float, unit: str = "", name: str
         f'<div{kind}><span class="few-digits">{brief}</span>'
         f'<span class="all-digits">{full}</span></div>'
     )
-
-
-def five_digits(value: float, error: float) -> str:
-    """`value` in five digits, or as many as are accurate."""
-    accurate = rounded_to_error(value, error)
-    decimals = max(4 - math.floor(math.log10(abs(value))), 0) if value else 6
-    return accurate if len(accurate.partition(".")[2]) <= decimals else f"{value:.{decimals}f}"
 
 
 def strip(nodes: np.ndarray) -> str:
