@@ -11,6 +11,8 @@ from blade_texts import BLADE, KEYWORDS
 from beamviz import Beam, InvalidInput, LeftOut, solve
 from beamviz.cli import main
 from beamviz.conversions import unit_size
+from beamviz.exports import export
+from beamviz.scene import Scene
 
 SPEED = {"hub_radius": BLADE.hub_radius, "rotation_rpm": 12.1}
 
@@ -205,3 +207,29 @@ def test_an_inextensible_beam_is_the_limit_of_stiff_ones():
     near, far = frequencies(axial_stiffness=1e13), frequencies(axial_stiffness=1e11)
     assert near == pytest.approx(limit, rel=2e-6)
     assert abs(far - limit).max() > 10 * abs(near - limit).max()
+
+
+@pytest.mark.parametrize("kind", ["elastodyn", "bmodes", "hawc2"])
+def test_what_was_read_is_written_and_read_again(tmp_path, kind):
+    """As TOML all of it, as CSV the stations: the frequencies are the same."""
+    file = written(tmp_path, "in.dat", getattr(blade_texts, kind)())
+    beam = read(file, length=BLADE.length, **SPEED)
+    scene = Scene(beam)
+    export(tmp_path / "out.toml", scene)
+    export(tmp_path / "out.stations.csv", scene)
+    expected = solve(beam, plane="both").frequencies
+    for again in (read(tmp_path / "out.toml"), read(tmp_path / "out.stations.csv", **SPEED)):
+        assert_same_beam(again, beam)
+        assert solve(again, plane="both").frequencies == pytest.approx(expected, rel=1e-10)
+
+
+def test_bodies_and_the_root_are_written_too(tmp_path):
+    tip = {"mass": 40, "position": 39, "inertia": (2.5, 1.75, 10)}
+    beam = Beam.from_si(**KEYWORDS, **SPEED, masses=[tip], root_stiffness=1e8, pitch=3)
+    export(tmp_path / "out.toml", Scene(beam))
+    again = read(tmp_path / "out.toml")
+    assert_same_beam(again, beam)
+    assert again.root == pytest.approx(beam.root)
+    assert again.masses[0].beta == pytest.approx(39 / 40)
+    with pytest.raises(InvalidInput, match="size of the beam is not known"):
+        export(tmp_path / "no.toml", Scene(Beam()))
