@@ -233,3 +233,16 @@ def test_bodies_and_the_root_are_written_too(tmp_path):
     assert again.masses[0].beta == pytest.approx(39 / 40)
     with pytest.raises(InvalidInput, match="size of the beam is not known"):
         export(tmp_path / "no.toml", Scene(Beam()))
+
+
+def test_a_flapwise_stiffness_that_is_missing_is_told(tmp_path, capsys):
+    """As another stiffness is taken in its place; and a speed in rpm that is typed as gamma."""
+    names = "station,mass_per_length,bending_stiffness"
+    file = written(tmp_path, "blade.csv", f"{names}\n0,600,9e9\n20,300,9e8\n40,20,3e7\n")
+    assert main(["modes", "--si", str(file), "--plane", "flapwise"]) == 0
+    assert "no flap_stiffness is given: bending_stiffness is taken" in capsys.readouterr().err
+    assert main(["modes", "--si", str(file)]) == 0
+    assert capsys.readouterr().err == ""
+    toml = written(tmp_path, "b.toml", 'stations_file = "blade.csv"\nrotation_speed = 20')
+    assert main(["modes", "--si", str(toml)]) == 0
+    assert "in rpm, not rad/s, or as gamma" in capsys.readouterr().err
