@@ -49,6 +49,8 @@ KINDS = {
     ".csv": ("Modes (CSV)", "A table of frequencies and nodes, for spreadsheets"),
     ".shapes.csv": ("Shapes (CSV)", "Equilibrium, loads and mode shapes along the beam"),
     ".npz": ("Numbers (NPZ)", "All of these, for Python"),
+    ".toml": ("Beam (TOML)", "A beam in SI units, which the command line and Python read"),
+    ".stations.csv": ("Stations (CSV)", "The section along a beam in SI units"),
     ".dat": ("Mode shapes (DAT)", "As polynomials, for an ElastoDyn blade file"),
 }
 
