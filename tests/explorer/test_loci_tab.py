@@ -68,6 +68,21 @@ def test_the_tab_veering_magnifies_the_nearest_event(guest, session):
     guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
 
 
+def test_the_section_is_an_axis_where_both_planes_bend(guest):
+    """Its numbers are offered there alone; in degrees, with a line at the beam."""
+    pause(guest)
+    assert "pitch" not in guest.texts["loci-over"]
+    guest.edit(plane="both", flap=0.25, gamma=3.0)
+    guest.choose("over", "pitch")
+    chart = guest.charts["loci-chart"]
+    guest.wait(lambda _: chart["x"]["label"] == "pitch [deg]" and "F1" in str(chart["lines"]))
+    assert chart["cursor"] == {"action": "pitch", "x": 0}
+    assert "pitch" in guest.texts["map-over"]
+    guest.choose("plane", "flapwise")
+    guest.wait(lambda _: chart["x"]["symbol"] == "γ" and guest.values["over"] == "gamma")
+    assert "pitch" not in guest.texts["loci-over"]
+
+
 def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
     """Its button is there immediately, the loci later."""
     release, pairs = threading.Event(), VeeringRequest.pairs
