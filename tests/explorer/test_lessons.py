@@ -60,13 +60,12 @@ def test_a_lesson_says_that_its_number_is_being_computed(step):
 
 
 def test_the_invitation_is_to_a_lesson_that_is_not_met_and_to_what_is_there(guest):
-    """It names the chart below only in the tab that has it, the beam where it can be pulled, and a
-    last lesson finishes."""
+    """It names the tip where that can be pulled, else the chart below only in the tab that has it,
+    and a last lesson finishes."""
     guest.says("Start lesson 1<")
-    guest.says("chart below")
-    guest.do("tab", "lessons", until="slider of the speed")
-    guest.do("tab", "motion", until="Drag the beam aside, and let it go")
-    guest.do("tab", "lessons", until="slider of the speed")
+    guest.says("at the tip aside, and let it go")
+    guest.do("tab", "lessons")
+    guest.says("at the tip aside, and let it go")
     guest.do("met", " ".join(one.name for one in LESSONS[:2]), until="Start lesson 3<")
     guest.do(
         "met", " ".join(one.name for one in LESSONS), until=lambda _: "Start" not in guest.text

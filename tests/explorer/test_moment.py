@@ -172,7 +172,7 @@ def test_an_experiment_begins_at_its_start(desk, playing):
     desk.do("only", 0)
     desk.frame(2)
     assert desk.session.snapshot.film is None
-    desk.do("motion.play")
+    desk.do("motion.begin")
     desk.frame()
     assert moment(desk) == 0
 
@@ -299,6 +299,22 @@ def test_a_beam_in_the_hand_can_be_let_go_of_where_no_motion_is_offered(desk):
     desk.frame(3)
     assert desk.state.slice(MotionState).hold is None
     assert desk.state.slice(MotionState).experiment.pull != PULLED.pull
+
+
+def test_the_tip_is_pulled_in_any_tab_and_plays_at_once(desk):
+    """Also with reduced motion; a click on the tip is no pull."""
+    desk.do("tab", "frequencies")
+    desk.do("preferences", "still")
+    desk.do("only", 0)
+    desk.frame(3)
+    for aside, plays in ((0.0, False), (0.2, True)):
+        pull(desk, aside)
+        desk.frame(4)
+        assert desk.state.slice(MotionState).in_motion is desk.state.view.playing is plays
+    assert desk.session.snapshot.film
+    desk.do("undo")
+    desk.frame(3)
+    assert desk.session.snapshot.film is None
 
 
 def test_a_visitor_of_a_lecture_pulls_the_beam(desk):

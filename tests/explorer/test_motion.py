@@ -244,25 +244,27 @@ def test_nothing_of_another_beam_is_shown_with_a_number_out_of_range(pulled, ses
     pulled.wait(lambda _: not pulled.props[CHART]["hidden"] and session.snapshot.film)
 
 
-def test_play_begins_the_motion(guest, session):
-    """Where the scene shows modes, though these play already."""
+def test_play_begins_the_motion_and_a_button_ends_it(guest, session):
+    """Where the scene shows modes, though these play already. The motion prepared in the tab is not
+    marked as chosen until it is in the scene."""
     guest.do("tab", "motion")
     guest.wait(lambda _: has_chart(guest, 20.0))
-    assert "Play" in guest.texts["motion-play"]
-    guest.do("motion.play")
-    guest.wait(lambda _: session.snapshot.film and "Pause" in guest.texts["motion-play"])
-    guest.do("motion.play")
-    guest.wait(lambda _: session.snapshot.film and "Play" in guest.texts["motion-play"])
+    assert guest.values["experiment"] == ""
+    guest.do("motion.begin", until=lambda _: session.snapshot.film)
+    guest.wait(lambda _: guest.values["experiment"] == "pull" and guest.values["playing"])
+    assert "Back to the modes" in guest.texts["scene-caption"]
+    guest.do("motion.leave", until=lambda _: session.snapshot.film is None)
+    guest.wait(lambda _: guest.values["experiment"] == "")
 
 
 def test_from_the_start_plays(pulled, session):
     """Where the motion is paused, though motion is reduced: the visitor asks for it."""
-    (attributes,) = re.findall("<button([^>]*)>From the start<", CONTENT)
+    (attributes,) = re.findall("<button([^>]*)>Play from the start<", CONTENT)
     (action,) = re.findall('data-do="(.*?)"', attributes)
     pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
     for value in re.findall('data-value="(.*?)"', attributes) or [None]:
         pulled.do(action, value and json.loads(value))
-    pulled.wait(lambda _: "Pause" in pulled.texts["motion-play"])
+    pulled.wait(lambda _: pulled.values["playing"])
     wait_until(lambda: 0 < session.visitor.clock.moment < 2.5)
 
 
@@ -272,7 +274,7 @@ def test_the_tab_says_that_the_scene_shows_no_motion_yet(guest, session):
     guest.wait(lambda _: has_chart(guest, 20.0))
     guest.wait(lambda _: "natural modes" in guest.texts["motion-shown"])
     assert guest.charts[CHART]["cursor"] is None
-    guest.do("motion.play", until=lambda _: guest.charts[CHART]["cursor"])
+    guest.do("motion.begin", until=lambda _: guest.charts[CHART]["cursor"])
     assert guest.texts["motion-shown"] == ""
     guest.do("only", 1, until=lambda _: guest.charts[CHART]["cursor"] is None)
     guest.wait(lambda _: "natural modes" in guest.texts["motion-shown"])
@@ -299,7 +301,7 @@ def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):
     pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
     pulled.do("only", 0)
     pulled.wait(lambda _: session.snapshot.film is None)
-    pulled.do("motion.play", until=lambda _: 0 < session.visitor.clock.moment < 2.5)
+    pulled.do("motion.begin", until=lambda _: 0 < session.visitor.clock.moment < 2.5)
 
 
 def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, monkeypatch):

@@ -77,7 +77,7 @@ POSSIBLE_PART = 0.75  # the part of the rounds in which the beam has a solution 
 LEFT = 0.5  # the part of the rounds in which an open lesson is left, or a size that is known
 MET = 0.5  # the part of the rounds about lessons in which the challenge is met
 MOST = 100  # edits of a round
-PLAYING = "playing", "motion.play"  # actions after which the scene may move
+PLAYING = "playing", "motion.begin"  # actions after which the scene may move
 PLAYED = 3  # frames of that
 PANELS = "real", "blade"  # keys of the edits that belong to panels beside the tabs
 
@@ -183,7 +183,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("motion.unstiffened", chance.random() < 0.5),
             *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
             *[("drag", (SLEEVE, chance.uniform(-0.5, 0.5)))] * 3,
-            *[("motion.play", None)] * 3,
+            *[("motion.begin", None)] * 3,
             turn,
             amplitude,
             ("only", 0),

@@ -28,7 +28,7 @@ from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progre
 from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.features.loci_chart import LociTab
-from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
+from beamviz.explorer.features.motion import modes_beside, phase_words, played_motion
 from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -47,7 +47,9 @@ NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of sta
 FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
-IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
+IN_MOTION = "Motion in time, at its true size. " + page.button(
+    "Back to the modes", data_do="motion.leave"
+)
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
 EARLIER_MOTION = "The motion before the last change: the new one is being computed."
 EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
@@ -186,10 +188,10 @@ def has_mass(case: Case) -> bool:
 
 
 def dragged(state: State) -> str:
-    """What a visitor is invited to drag: where a motion can begin the beam, else the mass, if any,
-    or the speed, whose line is in the chart below or not."""
-    if state.tab == MotionTab.tab.key and can_move(state):
-        return "the beam aside, and let it go"
+    """What a visitor is invited to drag: where a motion can begin the tip of the beam, else the
+    mass, if any, or the speed, whose line is in the chart below or not."""
+    if can_move(state) and not state.view.all_modes:
+        return "the orange ball at the tip aside, and let it go"
     speed = (
         "the line of the speed in the chart below"
         if state.tab == LociTab.tab.key

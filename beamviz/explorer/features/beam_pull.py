@@ -1,5 +1,5 @@
-"""The beam in the scene, which the visitor pulls aside and lets go, while the tab Motion is open or
-a motion is played."""
+"""The beam in the scene, which the visitor pulls aside and lets go: by the ball at its tip, or at
+any place while the tab Motion is open or a motion is played."""
 
 import itertools
 from dataclasses import replace
@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 
+from beamviz.drawing import colours
 from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.errors import InvalidInput
@@ -28,28 +29,34 @@ FLAT = 0.03  # sine of the angle between view and plane of rotation below which 
 DIGITS = 3  # of a place or a force
 PIECES = 12  # of the sleeve
 SLEEVE = 0.1  # [L] its width, wide enough for a finger
+BALL = 0.036  # [L] radius of the ball at the tip, seen beside a usual section
+LEAST_PULL = 0.005  # [L] a smaller deflection is a click
 NUMBERS = itertools.count(1)  # of the pulls of all visitors
 
 
 class BeamPull(Feature):
     """Holds the beam under the pointer. What is known of it is the `hold` of `MotionState`.
 
-    sleeve: invisible boxes around the beam, always as many, that take the pointer: a drag of the
-    beam itself would end whenever it is drawn in another number of pieces.
+    ball: at the tip, seen wherever the beam can be pulled; sleeve: invisible boxes around the beam,
+    always as many, that take the pointer: a drag of the beam itself would end whenever it is drawn
+    in another number of pieces. All are of no size but the last, which is the ball's, where the
+    beam is pulled at its tip alone, so that bodies are slid and elsewhere the view is turned.
     """
 
     def add_to(self, view: SceneView) -> None:
         self.scene, self.view, self.offered = view, view.beam, False
         name, box = "/scene/rotor/sleeve", trimesh.creation.box()
         self.sleeve = add_instances(view.graph, name, box, PIECES, opacity=0.0)
-        self.sleeve.visible = False
+        sphere = trimesh.creation.icosphere(subdivisions=3, radius=BALL)
+        self.ball = add_instances(view.graph, "/scene/rotor/ball", sphere)
+        self.sleeve.visible = self.ball.visible = False
 
     def move(self, snapshot: Snapshot) -> None:
-        """Offer the beam to be pulled where a motion is chosen and it is drawn alone, and until it
-        is let go: put the sleeve around it as it was drawn last."""
+        """Offer the beam to be pulled where it is drawn alone and has a motion, and until it is let
+        go: put ball and sleeve around it as it was drawn last."""
         state, motion = snapshot.state, snapshot.state.slice(MotionState)
         chosen = motion.in_motion or state.tab == MotionTab.tab.key
-        can_begin = chosen and not snapshot.picture.drawn.in_rows and can_move(state)
+        can_begin = not snapshot.picture.drawn.in_rows and can_move(state)
         self.offer(offered=can_begin or motion.hold is not None)
         if not self.offered:
             return
@@ -57,15 +64,33 @@ class BeamPull(Feature):
         columns = (np.interp(x, self.view.shapes.x, column) for column in self.view.line.T)
         line = np.column_stack([*columns])
         centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
+        middle, places = (x[:-1] + x[1:]) / 2, [body.beta for body in self.view.bodies.shown]
+        bare = abs(np.subtract.outer(middle, places)).min(axis=1, initial=1.0) > x[1] - x[0]
+        sizes[~bare if chosen else slice(None)] = 0.0  # bodies are slid
+        outward = (line[-1] - line[-2]) / np.linalg.norm(line[-1] - line[-2])
+        centres[-1], sizes[-1] = line[-1] + BALL * outward, SLEEVE
         placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
         self.scene.graph.set_properties(self.sleeve, **placed)
+        self.place_ball(centres[-1])
+
+    def place_ball(self, centre: np.ndarray) -> None:
+        """Put the ball at its centre (3,)."""
+        placed = {
+            "batched_positions": centre[None],
+            "batched_wxyzs": np.array([[1.0, 0.0, 0.0, 0.0]]),
+            "batched_scales": np.ones((1, 3)),
+            "batched_colors": colours.instanced([colours.GRIP]),
+        }
+        self.scene.graph.set_properties(self.ball, **placed)
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
         visitor, hold = self.visitor, self.visitor.state.slice(MotionState).hold
         if event.phase == "end":
             if hold:
-                visitor.update(partial(with_hold, hold=hold._replace(held=False)))
+                pulled = abs(hold.deflection) >= LEAST_PULL
+                hold = hold._replace(held=False) if pulled else None
+                visitor.update(partial(with_hold, hold=hold))
             return
         sight = self.scene.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
@@ -103,7 +128,7 @@ class BeamPull(Feature):
         if offered == self.offered:
             return
         self.offered = offered
-        self.sleeve.visible = offered
+        self.sleeve.visible = self.ball.visible = offered
         if offered:
             self.sleeve.on_drag(self.dragged)
         else:
@@ -116,7 +141,8 @@ def let_go(state: State, hold: Hold, force: float) -> State:
     force = float(f"{min(max(force, low), high):.{DIGITS}g}")
     experiment = state.slice(MotionState).experiment
     pulled = replace(experiment, start="pulled", pull=force, pull_at=hold.at)
-    return begun(with_hold(state, None), pulled)
+    # It plays at once, also where motion is reduced: the visitor has set it in motion.
+    return begun(with_hold(state, None), pulled).changed("playing", True)
 
 
 def in_plane(sight: Ray) -> float | None:

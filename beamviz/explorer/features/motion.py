@@ -141,8 +141,7 @@ TOOLS = page.group(
 TOOLS += '<p id="motion-words" role="status"></p>'
 TOOLS += page.group(
     "Play",
-    page.button("Play", id="motion-play", data_do="motion.play"),
-    page.button("From the start", data_do="motion.begin"),
+    page.button("Play from the start", data_do="motion.begin"),
     '<span id="motion-shown" class="soft"></span>',
     id="motion-play-row",
 )
@@ -207,9 +206,9 @@ class MotionTab(Feature):
             self.page.on(f"motion.{name}", partial(self.edit, name), kind)
         self.page.on("experiment", self.begin, str)
         self.page.on("moment", self.go_to, float)
-        self.page.on("motion.play", self.play)
         self.page.on("motion.begin", lambda _: visitor.change(from_start))
         self.page.on("motion.less", lambda _: visitor.change(pulled_less))
+        self.page.on("motion.leave", lambda _: visitor.change(lambda now: now.after("modes")))
 
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed; instead of a number out of range the
@@ -231,10 +230,6 @@ class MotionTab(Feature):
         if name in PRESETS:
             own = PRESETS[name][1]
             self.visitor.change(lambda state: begun(state, own))
-
-    def play(self, _: Any) -> None:
-        """Show the motion and play it, or pause it."""
-        self.visitor.change(played)
 
     def go_to(self, value: Any) -> None:
         """Show another moment of the motion."""
@@ -293,7 +288,7 @@ class MotionTab(Feature):
             | chart_content(answer)
             | notes_content(answer, is_before(snapshot))
             | moment_content(answer, moment_of(snapshot))
-            | play_content(motion.in_motion and state.view.playing)
+            | preset_content(motion)
             | page.html("motion-shown", shown_instead(snapshot))
             | fading(snapshot, [JOB], *CHARTS, "motion-list")
             | waiting(snapshot, "motion-wait", self.tab)
@@ -332,13 +327,6 @@ def pulled_less(state: State) -> State:
 def begun(state: State, experiment: Experiment) -> State:
     state = with_experiment(state, experiment)
     return state if state.still else state.changed("playing", True)
-
-
-def played(state: State) -> State:
-    """The motion goes on, or is paused; it begins where the scene shows modes."""
-    if state.slice(MotionState).in_motion:
-        return state.changed("playing", not state.view.playing)
-    return from_start(state)
 
 
 def from_start(state: State) -> State:
@@ -456,8 +444,6 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
         content |= page.value(key, float(f"{shown.factor * getattr(experiment, name):.6g}"))
     for name in (*ALTERNATIVES, "unstiffened"):
         content |= page.value(f"motion.{name}", getattr(experiment, name))
-    preset = next((key for key, (_, one) in PRESETS.items() if one == experiment), "")
-    content |= page.value("experiment", preset)
     in_modes = experiment.start == "modes"
     hidden = {
         "within": not experiment.ramps,
@@ -564,5 +550,8 @@ def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float
     return page.chart(CHARTS[0], {"cursor": line}) | page.value("moment", float(f"{shown:.4g}"))
 
 
-def play_content(playing: bool) -> Content:
-    return page.html("motion-play", "Pause" if playing else "Play")
+def preset_content(motion: MotionState) -> Content:
+    """The preset of the motion that the scene shows, "" for none: one that is only prepared is not
+    marked, as it does not play."""
+    known = (key for key, (_, own) in PRESETS.items() if own == motion.experiment)
+    return page.value("experiment", next(known, "") if motion.in_motion else "")

@@ -174,8 +174,8 @@ interface Actions { // the types of their values
   "motion.damping": number;
   "motion.hub": string;
   "motion.inertia": number;
+  "motion.leave": null;
   "motion.less": null;
-  "motion.play": null;
   "motion.pull": number;
   "motion.pull_at": number;
   "motion.start": string;
