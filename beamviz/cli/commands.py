@@ -64,6 +64,7 @@ KIND_HELP = (
 POLYNOMIALS_HELP = (
     "The first flap and edge shapes as polynomials, as an ElastoDyn blade file has them."
 )
+POINTS_HELP = "Measured frequencies to draw in the --plot; a file as for `beamviz adjust`."
 MARGINS_HELP = (
     "Table of the margins to the --per-rev lines at the speed --gamma to write besides the output,"
     " as CSV."
@@ -147,6 +148,7 @@ def loci(
     ] = None,
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     margins: Annotated[Path | None, option(MARGINS_HELP, metavar="FILE.csv")] = None,
+    measured: Annotated[Path | None, option(POINTS_HELP, metavar="FILE.csv")] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     kind: Annotated[list[str] | None, option(KIND_HELP, metavar="NAME")] = None,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
@@ -159,7 +161,7 @@ def loci(
     from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output.loci import LOCI_FORMATS, events_csv, margins_csv
 
-    others = ["over", "format", "plot", "events", "margins", "per_rev", "kind"]
+    others = ["over", "format", "plot", "events", "margins", "measured", "per_rev", "kind"]
     check_store_options(context, sweep, ["at"], others)
     for path in (events, margins):
         if path:
@@ -171,6 +173,8 @@ def loci(
 
         check_suffix(plot, SUFFIXES)
         check_writable(plot)
+    elif measured:
+        raise InvalidInput(f"--measured {measured}: is drawn in a chart; give --plot FILE.png too")
     if sweep:
         from beamviz.sweeps import open_line
 
@@ -189,7 +193,7 @@ def loci(
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
     tracked = loci(beam, over, values, modes, per_rev, kind or None, **options)
     if plot:
-        save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
+        save_figure(plot, draw_chart(tracked, range(1, per_rev + 1), measured=measured))
     for path, text in ((events, events_csv), (margins, margins_csv)):
         if path:
             with replaced(path) as part:

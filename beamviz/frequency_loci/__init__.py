@@ -98,11 +98,13 @@ class Loci:
 
         return dataframe(Limit._fields, self.limits)
 
-    def plot(self, ax: Any = None) -> Any:
-        """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
+    def plot(self, ax: Any = None, measured: Any = None) -> Any:
+        """Draw the chart onto matplotlib axes (the current ones by default), and return these.
+        measured: frequencies to draw as points, a CSV file or table as for `adjust`. Raises
+        InvalidInput where none of them is at the numbers of the loci."""
         from beamviz.plotting.loci import plot_loci
 
-        return plot_loci(self, ax)
+        return plot_loci(self, ax, measured)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import event_columns, html_table

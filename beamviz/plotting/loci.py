@@ -12,7 +12,9 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from beamviz.adjusting.measured import MeasuredFrequency, measured_frequencies
 from beamviz.beam import NUMBERS
+from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
 from beamviz.frequency_loci.events import EVENT_KINDS
@@ -54,6 +56,9 @@ ALL_ALONG: dict[str, Any] = {"color": INK, "alpha": 0.18, "lw": 7, "zorder": 2}
 ALL_ALONG |= {"solid_capstyle": "butt"}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
 ABOVE |= {"color": MUTED, "fontsize": 8}
+MEASURED: dict[str, Any] = {"marker": "D", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 1.1}
+MEASURED |= {"ls": "", "color": INK, "zorder": 7}
+HELD = 1e-6  # distance of a number of a measured frequency from that of the loci
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
 START: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "weight": "bold"}
 START |= {"path_effects": HALO, "zorder": 4}
@@ -68,13 +73,16 @@ def draw_chart(
     second: Loci | None = None,
     second_title: str = "",
     names: "Names | None" = None,
+    measured: Any = None,
 ) -> Figure:
     """The chart: loci in the colours of their families, events, limits, per-rev lines
     omega = k gamma for each k of `per_rev`, an upright line at the value `marker`, and behind them
     in grey the loci of a second beam over the same values; above them the parameters held fixed,
     the model, and the meaning of colours and marks; below them the growth rates where modes grow.
     names: those of the modes, by the labels of the branches, at a value; by default these
-    labels."""
+    labels. measured: frequencies to draw as points, a file or table as for `adjust`. Raises
+    InvalidInput for measured frequencies that have no place in the chart."""
+    points = measured_points(loci, measured)
     growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
     bottom = BOTTOM + (GROWTH_HEIGHT if growing else 0.0)
     with rc_context(STYLE):
@@ -84,6 +92,7 @@ def draw_chart(
         if second:
             chart.draw_second(second)
         chart.annotate(per_rev)
+        chart.draw_measured(points)
         if growing:
             lower = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, GROWTH_SHARE * GROWTH_HEIGHT))
             chart.draw_growth_rates(lower, growing)
@@ -94,15 +103,43 @@ def draw_chart(
         figure.text(0.012, 0.965, title, va="center", weight="bold")
         figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
         legend = _legend(chart, per_rev) | ({second_title: SECOND} if second else {})
+        legend |= {"measured": MEASURED} if points else {}
         draw_legend(figure, legend, 0.0085, 0.887)
     return figure
 
 
-def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
+def plot_loci(loci: Loci, axes: Axes | None = None, measured: Any = None) -> Axes:
     """See Loci.plot."""
-    axes = axes or current_axes()
-    LociDrawing(loci, axes).annotate()
-    return axes
+    points = measured_points(loci, measured)
+    chart = LociDrawing(loci, axes or current_axes())
+    chart.annotate()
+    chart.draw_measured(points)
+    return chart.axes
+
+
+def measured_points(loci: Loci, measured: Any) -> list[tuple[float, MeasuredFrequency]]:
+    """The measured frequencies at their values of the parameter; where they have none they are at
+    that of the beam. Those at other numbers than the loci belong to another chart. Raises
+    InvalidInput where all of them do."""
+    if measured is None:
+        return []
+    beam, points = loci.beam, []
+    for row in measured_frequencies(beam, measured):
+        numbers = dict(row.numbers)
+        at = numbers.pop(loci.over, getattr(beam, loci.over))
+        held = (
+            math.isclose(getattr(beam, k), v, rel_tol=HELD, abs_tol=HELD)
+            for k, v in numbers.items()
+        )
+        if all(held):
+            points.append((at, row))
+    inside = [at for at, _ in points if loci.values[0] <= at <= loci.values[-1]]
+    if not inside:
+        raise InvalidInput(
+            f"measured: no frequency is at the numbers of these loci, {loci.over} ="
+            f" {loci.values[0]:g} .. {loci.values[-1]:g}"
+        )
+    return points
 
 
 Names = Callable[[float], Mapping[str, str]]  # value -> names of modes by labels of branches
@@ -188,6 +225,20 @@ class LociDrawing:
             piece = slice(start, stop + 1)  # a point more, so that the colours join
             colour = tuple(colours_of_shares(shade[start] / SHADES))
             axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, **{**LINE, **style})
+
+    def draw_measured(self, points: Sequence[tuple[float, MeasuredFrequency]]) -> None:
+        """Measured frequencies, with bars of one standard deviation where it is known, inside the
+        range of the chart."""
+        if not points:
+            return
+        limits = self.axes.get_xlim(), self.axes.get_ylim()
+        x = self.x(np.array([at for at, _ in points]))
+        y = self.y(np.array([row.frequency for _, row in points]))
+        errors = self.y(np.array([row.error for _, row in points]))
+        known = None if np.isnan(errors).any() else errors
+        drawn = self.axes.errorbar(x, y, known, capsize=2.5, elinewidth=1.1, **MEASURED)
+        drawn[0].set_gid("measured")
+        self.axes.set(xlim=limits[0], ylim=(0, max(limits[1][1], 1.05 * float(y.max()))))
 
     def draw_second(self, loci: Loci) -> None:
         """The loci of a second beam, behind those of the first."""

@@ -317,3 +317,23 @@ def test_margins_at_the_operating_speed(run, tmp_path):
     text = run(*line, "--start", "0", "--stop", "40", "--points", "5", "--margins", str(file))[1]
     assert re.search(r"F1 .* on it", text)
     assert pandas.read_csv(file)["on_lines"].tolist()[1] == 1
+
+
+def test_measured_frequencies_in_the_plot(run, tmp_path):
+    """As points with error bars, over the number at which they were measured; those at another
+    mass belong to another chart."""
+    file, chart = tmp_path / "measured.csv", tmp_path / "chart.svg"
+    rows = "gamma,alpha,frequency,error\n0,0,3.4,0.1\n5,0,4.2,0.1\n5,1,2,0.1\n"
+    file.write_text(rows)
+    line = ["loci", "--over", "gamma", "--start", "0", "--stop", "8", "--points", "9"]
+    measured = ["--measured", str(file)]
+    assert run(*line, "--plot", str(chart), *measured)[0] == 0
+    assert 'id="measured"' in chart.read_text()
+    axes = Figure().subplots()
+    loci(Beam(), "gamma", [0, 4, 8]).plot(axes, measured=file)
+    points = next(each for each in axes.lines if each.get_gid() == "measured")
+    assert points.get_xydata().tolist() == [[0, 3.4], [5, 4.2]]
+    code, _, err = run(*line, *measured)
+    assert (code, "--plot" in err) == (2, True)
+    code, _, err = run(*line, "--alpha", "2", "--plot", str(chart), *measured)
+    assert (code, "no frequency is at the numbers" in err) == (2, True)
