@@ -62,18 +62,24 @@ def measured_frequencies(beam: Beam, measured: Any) -> list[MeasuredFrequency]:
 
 def columns_of_file(path: Path) -> dict[str, list[Any]]:
     """The columns of a CSV file by name. Raises InvalidInput."""
-    rows = rows_of(Text(path.name, decoded(read_small(path), path.name, "CSV")))
+    return columns_of_text(decoded(read_small(path), path.name, "CSV"), path.name)
+
+
+def columns_of_text(text: str, source: str = "measured") -> dict[str, list[Any]]:
+    """The columns of the text of a CSV file by name; source: its name, for messages. Raises
+    InvalidInput."""
+    rows = rows_of(Text(source, text))
     if not rows:
-        raise InvalidInput(f"{path.name}: has no rows")
+        raise InvalidInput(f"{source}: has no rows")
     cells = [list(row.cells) for row in rows]
-    names = [column_name(name, path.name) for name in names_with_units(cells)]
+    names = [column_name(name, source) for name in names_with_units(cells)]
     below: list[Row] = rows[len(rows) - len(cells) :]
     if len(set(names)) < len(names):
-        raise InvalidInput(f"{path.name}: a column is there twice: {', '.join(names)}")
+        raise InvalidInput(f"{source}: a column is there twice: {', '.join(names)}")
     for row in below:
         if len(row.cells) != len(names):
             raise InvalidInput(
-                f"{path.name}: line {row.line}: {len(row.cells)} cells, not {len(names)}"
+                f"{source}: line {row.line}: {len(row.cells)} cells, not {len(names)}"
             )
     return {name: [row.cells[k] for row in below] for k, name in enumerate(names)}
 

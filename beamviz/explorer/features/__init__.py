@@ -4,6 +4,7 @@ Where several change the picture, the later ones change that of the earlier ones
 """
 
 from beamviz.explorer.feature import Feature
+from beamviz.explorer.features.adjust import AdjustTab
 from beamviz.explorer.features.answer import AnswerPanel
 from beamviz.explorer.features.beam_pull import BeamPull
 from beamviz.explorer.features.blade import BladePanel
@@ -35,6 +36,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LoadsTab,
     RunUpTab,
     MotionTab,
+    AdjustTab,
     MethodTimingTab,
     Lessons,
     Files,
