@@ -1,75 +1,70 @@
-"""The tab Adjust: the scene moves to the beam that fits, or that keeps clear."""
+"""The tab Adjust: measured frequencies, targets and per-rev lines move the beam."""
 
 import pytest
+from live.visitor import PAPER
 
-from beamviz import Beam, solve
 from beamviz.explorer.features.adjust import AdjustState
+from beamviz.solver import solve
 
-TRUE = Beam(alpha=0.3, beta=0.65, gamma=10)
-
-
-def labels_of(beam: Beam) -> str:
-    """The data with the labels that the solver gives."""
-    found = solve(beam, modes=5)
-    lines = [
-        f"{label},{frequency:.6f},{1e-3 * frequency:.6f}"
-        for label, frequency in zip(found.labels, found.frequencies, strict=True)
-    ]
-    return "\n".join(["mode,frequency,error", *lines])
+GAMMAS = (0.0, 4.0, 8.0)
 
 
-def test_the_scene_moves_to_the_beam_that_fits(guest):
-    """One undo brings the beam before it back; the data stay."""
+def measured(alpha: float, beta: float, error: float = 0.01) -> str:
+    """The two lowest frequencies of the beam with another mass at some speeds."""
+    lines = ["gamma, mode, frequency, error"]
+    for gamma in GAMMAS:
+        solution = solve(PAPER.replace(alpha=alpha, beta=beta, gamma=gamma))
+        for label, frequency in list(zip(solution.labels, solution.frequencies, strict=True))[:2]:
+            lines.append(f"{gamma}, {label}, {frequency:.9g}, {error}")
+    return "\n".join(lines)
+
+
+def outcome_of(session):
+    return session.visitor.state.slice(AdjustState).outcome
+
+
+def test_a_fit_moves_the_scene_in_one_step_to_undo(guest, session):
+    """The mass that was measured is found, told with its deviation, and undone at once."""
     guest.do("tab", "adjust")
-    guest.do("measured", labels_of(TRUE))
-    before = guest.session.visitor.state.case.beam
-    guest.do("adjust", None, until=lambda _: "adjusted numbers" in guest.texts["adjust-result"])
-    guest.wait(lambda _: guest.session.visitor.state.case.beam != before)
-    beam = guest.session.visitor.state.case.beam
-    assert (beam.alpha, beam.beta) == pytest.approx((TRUE.alpha, TRUE.beta), rel=1e-4)
-    guest.wait(lambda _: "The scene shows it" in guest.texts["adjust-result"])
-    guest.do("undo", None)
-    state = guest.session.visitor.state
-    assert state.case.beam == before
-    assert state.slice(AdjustState).measured == labels_of(TRUE)
-    guest.wait(lambda _: "changed since" in guest.texts["adjust-result"])
+    guest.do("adjust.measured", measured(0.7, 0.6))
+    guest.do("adjust.run", until=lambda _: outcome_of(session))
+    numbers = session.visitor.state.case.numbers
+    assert numbers["alpha"] == pytest.approx(0.7, rel=1e-4)
+    assert numbers["beta"] == pytest.approx(0.6, rel=1e-4)
+    guest.wait(lambda _: "residuals" in guest.texts["adjust-answer"])
+    assert "±" in guest.texts["adjust-answer"]
+    guest.do("undo")
+    assert session.visitor.state.case.beam == PAPER
+    assert session.visitor.state.slice(AdjustState).measured
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "no data"),
-        ("mode,frequency\nB1,fast", "fast"),
-        ("mode,speed\nB1,3", "frequency, hertz"),
-    ],
-)
-def test_what_cannot_be_read_is_said(guest, text, words):
-    """The beam stays, and so does what was typed."""
-    before = guest.session.visitor.state.case
+def test_what_is_typed_wrong_is_told_beside_the_field(guest, session):
+    """And nothing is computed; right again, the text is gone."""
     guest.do("tab", "adjust")
-    guest.do("measured", text)
-    guest.do("adjust", None, until=lambda _: words in guest.texts["adjust-result"])
-    assert guest.session.visitor.state.case == before
-    assert guest.session.visitor.state.slice(AdjustState).measured == text
+    guest.do("adjust.measured", "gamma, frequency\n1, high")
+    guest.wait(lambda _: "high" in guest.texts["adjust-wrong"])
+    guest.do("adjust.run")
+    assert outcome_of(session) is None
+    guest.do("adjust.measured", measured(1.0, 0.5))
+    guest.wait(lambda _: not guest.texts["adjust-wrong"])
 
 
-def test_a_beam_clear_of_resonances(guest):
-    """In a range of speeds, by the lines of the frequency chart."""
+def test_one_frequency_does_not_determine_two_numbers(guest, session):
     guest.do("tab", "adjust")
-    for action, value in {
-        "adjust_goal": "clear", "clear_between": "6 .. 9", "clear_margin": "0.05", "per_rev": 1,
-    }.items():  # fmt: skip
-        guest.do(action, value)
-    guest.do("adjust", None, until=lambda _: "Least margin" in guest.texts["adjust-result"])
-    guest.do("clear_between", "fast")
-    guest.do("adjust", None, until=lambda _: "between" in guest.texts["adjust-result"])
+    guest.do("adjust.measured", "frequency, error\n3.0, 0.01")
+    guest.do("adjust.run", until=lambda _: outcome_of(session))
+    guest.wait(lambda _: "do not determine" in guest.texts["adjust-answer"])
 
 
-def test_what_moves_the_mode_most(guest):
-    """The bars are those of the sensitivities of the mode that is shown."""
+def test_targets_that_no_beam_meets_leave_the_scene(guest, session):
     guest.do("tab", "adjust")
-    guest.do("only", 0, until=lambda _: "1 % more of" in guest.texts["adjust-sensitivities"])
-    solution = solve(guest.session.visitor.state.case.beam, modes=5)
-    share = float(solution.sensitivities["gamma"][0]) * solution.beam.gamma
-    share /= float(solution.frequencies[0])
-    assert f"{share:+.2f} %" in guest.texts["adjust-sensitivities"].replace("\u2212", "-")
+    guest.do("goal", "targets")
+    guest.do("adjust.targets", "B1=500")
+    guest.do("adjust.run", until=lambda _: outcome_of(session))
+    assert session.visitor.state.case.beam == PAPER
+    guest.wait(lambda _: "no beam in the bounds" in guest.texts["adjust-answer"])
+
+
+def test_the_tab_tells_what_moves_the_mode_shown(guest, session):
+    guest.do("tab", "adjust")
+    guest.wait(lambda _: "adjust-bar" in guest.texts["adjust-effects"])

@@ -204,6 +204,15 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("lesson_guess", chance.randrange(3))] * 2,
             *several,
         ],
+        "adjust": [
+            *[("goal", chance.choice(("measured", "targets", "clear")))] * 2,
+            (f"adjust.free.{chance.choice(('beta', 'delta', 'pitch'))}", chance.random() < 0.5),
+            ("adjust.high.beta", chance.choice((0.7, 0.9, 3.0))),
+            ("adjust.measured", chance.choice(("", "frequency\n3.1", "gamma, frequency\n1"))),
+            ("adjust.targets", chance.choice(("B1=3.6", "B1"))),
+            ("adjust.margin", chance.choice((5.0, 20.0, 900.0))),
+            *several[:3],
+        ],
         "export": [("film_length", chance.choice(list(FILM_LENGTHS)))],
         "real": [
             ("real.preset", chance.choice(list(PRESETS))),

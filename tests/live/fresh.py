@@ -41,6 +41,7 @@ INSIDE = {
     "experiment": "motion",
     "method": "methods",
     "timing": "methods",
+    "adjust-": "adjust",
     "export-": "export",
 }
 HISTORY = "undo", "redo"  # keys of the buttons

@@ -36,6 +36,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LoadsTab,
     RunUpTab,
     MotionTab,
+    AdjustTab,
     MethodTimingTab,
     AdjustTab,
     Lessons,

@@ -1,322 +1,546 @@
-"""The tab Adjust: numbers of the beam are adjusted until it fits measured frequencies, or keeps
-clear of per-rev lines. One press moves the scene to the answer, one undo brings it back.
-"""
+"""The tab Adjust: the beam that fits measured frequencies, meets targets, or keeps clear of per-rev
+lines, and what moves the frequency of a mode most."""
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from html import escape
 from typing import Any, NamedTuple, Self
 
-from beamviz.adjusting import adjust
-from beamviz.adjusting.measured import columns_of_text
+import numpy as np
+
+from beamviz.adjusting import adjust, per_rev_lines, speed_range
+from beamviz.adjusting.free_numbers import FACTORS, free_number, usual_bounds
+from beamviz.adjusting.measured import (
+    columns_of_text,
+    measured_frequencies,
+    target_frequencies,
+)
 from beamviz.adjusting.result import Adjusted
-from beamviz.beam import Beam
-from beamviz.drawing.text import measure
-from beamviz.errors import InvalidInput
+from beamviz.beam import NUMBERS, Beam
+from beamviz.checks import check_float
+from beamviz.drawing.text import Measure, frequencies, in_words, measure, significant
+from beamviz.errors import InvalidInput, NoAnswer
 from beamviz.explorer import page
-from beamviz.explorer.declarations import SWITCH, Key, Tab, choice, name_key, switch_key
-from beamviz.explorer.feature import Feature, cancelled, progress
-from beamviz.explorer.jobs import Answer
+from beamviz.explorer.declarations import Key, Tab, choice, name_key
+from beamviz.explorer.feature import Feature, cancelled, fading, progress
+from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
-from beamviz.output.adjusted import free_columns, match_columns, remarks_on
+from beamviz.scene import Scene
+from beamviz.solver import solve
 
-FREE = {  # the choices of what may change: the number, and its name on the page
-    "free_alpha": ("alpha", "mass"),
-    "free_beta": ("beta", "position"),
-    "free_delta": ("delta", "hub"),
-    "free_mu": ("mu", "slenderness"),
+GOALS = {
+    "measured": "fit measured frequencies",
+    "targets": "meet target frequencies",
+    "clear": "keep clear of per-rev lines",
 }
-GOALS = {"measured": "fit measured frequencies", "clear": "keep clear of per-rev lines"}
-MARGINS = {"0.05": "5 %", "0.1": "10 %", "0.2": "20 %"}
-USUAL_LINES = (1, 2, 3)  # where the frequency chart shows none
-MAX_TEXT = 20_000  # characters of measured data
-JOB = "adjustment"
-EXAMPLE = "mode, frequency, error\nB1, 3.4, 0.05\nB2, 16.2, 0.2\nB3, 60, 0.6"
-CLEAR_HELP = "Two speeds gamma, as 2 .. 6, or in rpm for a real beam, as 200rpm .. 400rpm"
-FREE_HELP = "The numbers that may change. The fewer they are, the better the data determine them"
+FREE = ("alpha", "beta", "gamma", "delta", "mu", "root", "pitch", "twist", *FACTORS)
+NAMES = {
+    "root": "root stiffness",
+    "bending_factor": "factor on EI",
+    "axial_factor": "factor on EA",
+    "mass_factor": "factor on ρA",
+}
+MAX_CHARACTERS = 50_000  # of the measured frequencies
+STRONG = 0.9  # a correlation that is told
+JOB, EFFECTS = "adjusted beam", "sensitivities"
+
+Bounds = tuple[float, float]
 
 
-def checked_text(value: Any) -> str:
-    """A text of measured data from a link. Raises InvalidInput."""
-    if not isinstance(value, str) or len(value) > MAX_TEXT:
-        raise InvalidInput(f"measured: must be a text of at most {MAX_TEXT} characters")
+def read_text(value: Any) -> str:
+    """A text of a link. Raises InvalidInput."""
+    if not isinstance(value, str) or len(value) > MAX_CHARACTERS:
+        raise InvalidInput(f"{str(value)[:40]!r}: must be a text of up to {MAX_CHARACTERS}")
     return value
+
+
+def read_free(value: Any) -> tuple[tuple[str, Bounds | None], ...]:
+    """The free numbers of a link, as "alpha, beta=0:1". Raises InvalidInput."""
+    free: dict[str, Bounds | None] = {}
+    for part in filter(None, map(str.strip, read_text(value).split(","))):
+        name, equals, ends = part.partition("=")
+        if name not in FREE:
+            raise InvalidInput(f"free {name!r}: must be one of {', '.join(FREE)}")
+        free[name] = None
+        if equals:
+            try:
+                low, high = map(float, ends.split(":"))
+            except ValueError:
+                raise InvalidInput(f"free {part!r}: must be NAME or NAME=LOW:HIGH") from None
+            free[name] = check_float(f"free {name}", low), check_float(f"free {name}", high)
+    return tuple(free.items())
+
+
+def write_free(free: tuple[tuple[str, Bounds | None], ...]) -> str:
+    """The text that `read_free` reads."""
+    return ", ".join(
+        name if bounds is None else f"{name}={bounds[0]!r}:{bounds[1]!r}" for name, bounds in free
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """An answer: the adjusted beam, or why there is none, with the nearest one in the bounds."""
+
+    case: Case  # before
+    adjusted: Adjusted | None
+    reason: str = ""
 
 
 @dataclass(frozen=True)
 class AdjustState(Slice):
-    """The data, the goal, and what may change."""
+    """The goal, what is free, and the last answer."""
 
-    # Measured frequencies as CSV, as they were entered.
-    measured: str = field(
-        default="", metadata=choice(key=Key("measured", checked_text, is_long=True))
-    )
-    adjust_goal: str = field(
+    goal: str = field(
         default="measured", metadata=choice(values=GOALS, key=name_key("goal", GOALS))
     )
-    # The range of speeds to keep clear, as it was entered.
-    clear_between: str = field(
-        default="2 .. 6", metadata=choice(key=Key("between", checked_text, is_long=True))
+    # CSV of measured frequencies, as typed.
+    measured: str = field(default="", metadata=choice(key=Key("measured", read_text, is_long=True)))
+    # Frequencies by mode, as "B1=3.6, B2=4.2Hz".
+    targets: str = field(default="", metadata=choice(key=Key("targets", read_text)))
+    # Multiples of the speed, as "1, 2", the range of the speed, as "2:6", and the margin.
+    clear_of: str = field(default="1", metadata=choice(key=Key("clear", read_text)))
+    between: str = field(default="2:6", metadata=choice(key=Key("between", read_text)))
+    margin: float = field(
+        default=0.1,
+        metadata=choice(key=Key("margin", lambda value: check_float("margin", value, 1e-4, 1.0))),
     )
-    clear_margin: str = field(
-        default="0.1", metadata=choice(values=MARGINS, key=name_key("margin", MARGINS))
+    # Names of the free numbers, each with its bounds, None for the usual ones.
+    free: tuple[tuple[str, Bounds | None], ...] = field(
+        default=(("alpha", None), ("beta", None)),
+        metadata=choice(key=Key("free", read_free, write_free)),
     )
-    free_alpha: bool = field(
-        default=True, metadata=choice(values=SWITCH, key=switch_key("free_alpha"))
-    )
-    free_beta: bool = field(
-        default=True, metadata=choice(values=SWITCH, key=switch_key("free_beta"))
-    )
-    free_delta: bool = field(
-        default=False, metadata=choice(values=SWITCH, key=switch_key("free_delta"))
-    )
-    free_mu: bool = field(default=False, metadata=choice(values=SWITCH, key=switch_key("free_mu")))
-    # The answer is awaited, which then replaces the numbers of the beam.
-    adjusting: bool = field(
-        default=False, metadata=choice(undo="ends", until=("case", "scene", "opened"))
-    )
-
-    def free(self, case: Case) -> tuple[str, ...]:
-        """The numbers that may change; the slenderness of a beam in SI is that of its section."""
-        names = (number for key, (number, _) in FREE.items() if getattr(self, key))
-        return tuple(name for name in names if name != "mu" or case.units is None)
+    outcome: Outcome | None = field(default=None, metadata=choice(until=("scene",)))
 
 
 class AdjustRequest(NamedTuple):
-    """An adjustment to compute."""
+    """A beam to adjust."""
 
     case: Case
     goal: str
-    measured: str
-    lines: tuple[int, ...]
-    between: str
-    margin: float
-    free: tuple[str, ...]
+    free: dict[str, Bounds | None]
+    given: dict[str, Any]  # the keywords of `adjust` of the goal
 
     @classmethod
     def of(cls, state: State) -> Self:
-        own = state.slice(AdjustState)
-        return cls(
-            state.case,
-            own.adjust_goal,
-            own.measured.strip(),
-            state.per_rev or USUAL_LINES,
-            own.clear_between,
-            float(own.clear_margin),
-            own.free(state.case),
-        )
+        """The beam of a state. Raises InvalidInput for what is typed wrong."""
+        chosen, beam = state.slice(AdjustState), state.case.beam
+        given = keywords_of(chosen, beam)
+        free = {name: bounds for name, bounds in chosen.free if name in offered(state.case)}
+        if not free:
+            raise InvalidInput("choose at least one number that is free")
+        for name, bounds in free.items():
+            free_number(beam, name, bounds)
+        return cls(state.case, chosen.goal, free, given)
 
     @property
     def beam(self) -> Beam:
         return self.case.beam
 
-    def adjusted(self) -> Adjusted:
-        """The answer. Raises InvalidInput for an entry that cannot be read, NoAnswer, and the
-        errors of `solve`."""
-        if not self.free:
-            raise InvalidInput("nothing may change: choose a number that may")
-        options: dict[str, Any] = dict(self.case.options)
-        if self.goal == "clear":
-            low, _, high = self.between.partition("..")
-            goal: dict[str, Any] = {"clear": self.lines, "margin": self.margin}
-            goal["between"] = (low.strip(), high.strip())
-        elif not self.measured:
-            raise InvalidInput("no data: enter measured frequencies, or open a file of them")
-        else:
-            goal = {"measured": columns_of_text(self.measured, "data")}
-        return adjust(self.beam, self.free, **goal, **options)
+    def outcome(self) -> Outcome:
+        """The adjusted beam, or the reason why there is none. Raises the errors of `adjust` for
+        what is typed wrong."""
+        try:
+            return Outcome(self.case, adjust(self.beam, self.free, **self.given, **self.options))
+        except NoAnswer as error:
+            return Outcome(self.case, error.best, in_words(str(error), self.beam.units))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return {name: value for name, value in self.case.options.items() if name != "modes"}
 
 
-TOOLS = (
-    page.select("adjust_goal", "goal", GOALS)
-    + '<div id="adjust-data"><label for="measured-box">measured frequencies (CSV)</label>'
-    f'<textarea id="measured-box" data-set="measured" rows="5" spellcheck="false" placeholder="'
-    f'{escape(EXAMPLE)}"></textarea>'
-    '<div class="row"><label class="button" for="measured-file">Open a file</label>'
-    '<input type="file" id="measured-file" class="hidden" data-do="measured_file"'
-    ' accept=".csv,.txt,.tsv"></div></div>'
-    '<div id="adjust-clear" hidden><div class="row"><label for="clear-between">speeds</label>'
-    f'<input type="text" id="clear-between" data-set="clear_between">'
-    f"{page.hint('speeds to keep clear', CLEAR_HELP)}</div>"
-    f"{page.select('clear_margin', 'margin', MARGINS)}"
-    '<p id="adjust-lines" class="soft"></p></div>'
-    f'<fieldset class="free"><legend>may change {page.hint("what may change", FREE_HELP)}</legend>'
-    + "".join(page.checkbox(key, name) for key, (_, name) in FREE.items())
-    + "</fieldset>"
-    + page.button("Adjust", id="adjust-button", class_="main", data_do="adjust")
+def keywords_of(chosen: AdjustState, beam: Beam) -> dict[str, Any]:
+    """The keywords of `adjust` of a goal. Raises InvalidInput for what is typed wrong."""
+    if chosen.goal == "measured":
+        columns = columns_of_text(chosen.measured)
+        measured_frequencies(beam, columns)
+        return {"measured": columns}
+    if chosen.goal == "targets":
+        targets = targets_of(chosen.targets)
+        target_frequencies(beam, targets)
+        return {"targets": targets}
+    try:
+        lines = tuple(int(part) for part in chosen.clear_of.replace(",", " ").split())
+    except ValueError:
+        raise InvalidInput(
+            f"lines {chosen.clear_of!r}: must be whole numbers between commas, as 1, 2"
+        ) from None
+    per_rev_lines(lines)
+    speed_range(beam, chosen.between)
+    return {"clear": lines, "between": chosen.between, "margin": chosen.margin}
+
+
+def targets_of(text: str) -> dict[str, str]:
+    """Frequencies by mode, of a text as "B1=3.6, B2=4.2Hz". Raises InvalidInput."""
+    targets = {}
+    for part in filter(None, (part.strip() for part in text.replace(";", ",").split(","))):
+        mode, equals, frequency = map(str.strip, part.partition("="))
+        if not (mode and equals and frequency):
+            raise InvalidInput(f"target {part!r}: must be MODE=FREQUENCY, as B1=3.6 or B1=12Hz")
+        targets[mode] = frequency
+    if not targets:
+        raise InvalidInput("no targets: give MODE=FREQUENCY, as B1=3.6 or B1=12Hz")
+    return targets
+
+
+def offered(case: Case) -> tuple[str, ...]:
+    """The numbers that may be free: T* of a beam in SI depends on mu, and only that has factors."""
+    has_size, in_space = case.units is not None, case.options["plane"] == "both"
+    left_out = {"mu"} if has_size else {*FACTORS}
+    if not in_space:
+        left_out |= {"pitch", "twist"}
+    return tuple(name for name in FREE if name not in left_out)
+
+
+def display(name: str, beam: Beam) -> Measure:
+    """The display of a number that may be free."""
+    if name in NUMBERS:
+        return measure(name, beam.units)
+    return Measure(NAMES[name], NAMES[name])
+
+
+# The tab
+
+
+def free_row(name: str) -> str:
+    """A number that may be free, and its bounds."""
+    label = NAMES.get(name) or NUMBERS[name].slider_label
+    box = f'<input type="checkbox"{page.attributes(data_set=f"adjust.free.{name}")}>'
+    ends = ""
+    for end, words in (("low", f"lowest {label}"), ("high", f"highest {label}")):
+        box_of_end = page.number_box(
+            f"adjust-{end}-{name}", f"adjust.{end}.{name}", aria_label=words
+        )
+        ends += f"<td>{box_of_end}</td>"
+    head = f'<td><label class="check">{box}{escape(label)}</label></td>'
+    return f'<tr id="adjust-row-{name}">{head}{ends}</tr>'
+
+
+def text_field(key: str, label: str, help: str) -> str:
+    """A field for a line of text."""
+    own = page.attributes(id=f"{key}-field", type="text", data_set=f"adjust.{key}")
+    name = f'<label for="{key}-field">{escape(label)}</label>{page.hint(label, help, key)}'
+    return f'<div class="field"><span class="name">{name}</span><input{own}></div>'
+
+
+MEASURED_HELP = (
+    "A line for each frequency, below the names of the columns: frequency or hertz; if known mode,"
+    " error, and gamma, rpm or another number at which it was measured."
+)
+EXAMPLE = "gamma, mode, frequency, error"
+INPUTS = page.select("goal", "goal", GOALS)
+INPUTS += (
+    '<div id="adjust-measured"><label for="measured-text">measured frequencies (CSV)</label>'
+    f"{page.hint('measured frequencies', MEASURED_HELP)}"
+    '<textarea id="measured-text" data-set="adjust.measured" rows="6" spellcheck="false"'
+    f' placeholder="{EXAMPLE}" aria-describedby="adjust-wrong"></textarea>'
+    '<div class="choices"><label class="button" for="measured-file">open a file</label>'
+    '<input type="file" id="measured-file" class="hidden" data-do="adjust.file"'
+    ' accept=".csv,.tsv,.txt"></div></div>'
+)
+INPUTS += '<div id="adjust-targets">'
+INPUTS += text_field("targets", "targets", "MODE=FREQUENCY between commas, as B1=3.6, B2=12Hz")
+INPUTS += '</div><div id="adjust-clear">'
+INPUTS += text_field("clear_of", "per-rev lines", "Multiples of the speed between commas: 1, 2")
+INPUTS += text_field("between", "speeds", "The range as LOW:HIGH, as 2:6 or 200rpm:400rpm")
+MARGIN_HELP = "The least distance of a frequency from a line, relative to that"
+INPUTS += page.slider("adjust.margin", "margin [%]", MARGIN_HELP, min=1, max=50, step=1)
+INPUTS += '</div><div id="adjust-wrong" role="status"></div>'
+INPUTS += (
+    '<table class="adjust-free" aria-label="free numbers"><thead><tr><th scope="col">free</th>'
+    '<th scope="col">from</th><th scope="col">to</th></tr></thead><tbody>'
+    f"{''.join(map(free_row, FREE))}</tbody></table>"
+)
+INPUTS += page.button("Adjust", id="adjust-button", class_="main", data_do="adjust.run")
+INPUTS += '<div id="adjust-work" role="status"></div>'
+CONTENT = (
+    f'<div class="adjust-tab"><div class="tools">{INPUTS}</div>'
+    '<div class="lists"><div id="adjust-answer" role="status"></div>'
+    '<div id="adjust-effects"></div></div></div>'
 )
 
 
 class AdjustTab(Feature):
-    """The data and the goal; what the answer is, and how well the data determine it."""
+    """The goal, what is free, the answer, and the sensitivities of the mode shown."""
 
+    style = "adjust.css"
     tab = Tab(
         "Adjust",
-        7,
-        "The beam that fits measured frequencies, or keeps clear of resonances",
-        f'<div class="adjust-tab"><div class="tools">{TOOLS}</div>'
-        '<div class="results"><div id="adjust-work" role="status"></div>'
-        '<div id="adjust-result"></div><div id="adjust-sensitivities"></div></div></div>',
+        8,
+        "The beam that fits measured frequencies, meets targets or keeps clear of resonances",
+        CONTENT,
     )
-    style = "adjust.css"
     state = AdjustState
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        visitor.job(JOB, AdjustRequest.adjusted)
-        visitor.bind("measured", with_text("measured"), shown_text("measured"), str)
-        visitor.bind("clear_between", with_text("clear_between"), shown_text("clear_between"), str)
-        self.page.on("measured_file", self.read, str, max_text=2 * MAX_TEXT)
-        self.page.on("adjust", lambda _: visitor.update(begun))
+        submit = visitor.workers.background.submit
+        self.job: Job[AdjustRequest, Outcome] = visitor.add_own_job(
+            Job(JOB, AdjustRequest.outcome, submit, self.finish)
+        )
+        visitor.job(EFFECTS, effects_of)
+        for name in ("measured", "targets", "clear_of", "between"):
+            self.page.on(f"adjust.{name}", partial(self.enter, name), str, max_text=MAX_CHARACTERS)
+        self.page.on("adjust.file", self.open_file, str, max_text=MAX_CHARACTERS)
+        visitor.bind("adjust.margin", with_margin, margin_shown, float)
+        for name in FREE:
+            visitor.bind(
+                f"adjust.free.{name}", partial(with_free, name), partial(is_free, name), bool
+            )
+            for k, end in enumerate(("low", "high")):
+                key = f"adjust.{end}.{name}"
+                visitor.bind(
+                    key, partial(with_bound, name, k), partial(bound_shown, name, k), float
+                )
+        self.page.on("adjust.run", self.run)
 
-    def read(self, file: Any) -> None:
-        """Take the data of a file: its name, and its contents from line 2 on."""
-        _, _, text = str(file).partition("\n")
-        with self.visitor.reporting("The file was not read"):
-            columns_of_text(text, "file")
-            self.visitor.change(lambda state: with_text("measured")(state, text))
+    def enter(self, name: str, text: Any) -> None:
+        self.visitor.change(lambda state: state.with_values(AdjustState, **{name: str(text)}))
 
-    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The adjustment while it is awaited."""
-        state = snapshot.state
-        return {JOB: AdjustRequest.of(state)} if state.slice(AdjustState).adjusting else {}
+    def open_file(self, text: Any) -> None:
+        """Take the text of a file, whose name is its first line."""
+        self.enter("measured", str(text).partition("\n")[2])
 
-    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+    def run(self, _: Any) -> None:
+        """Begin to adjust; the page says what is typed wrong."""
+        with self.visitor.lock:
+            try:
+                request = AdjustRequest.of(self.visitor.state)
+            except InvalidInput:
+                return
+            self.job.request(request)
+
+    def finish(self) -> None:
         """Move the scene to the answer."""
-        answer = answer_of(snapshot)
-        if answer is None or not snapshot.state.slice(AdjustState).adjusting:
+        answer = self.job.taken()
+        if answer is None or answer.cancelled:
+            self.visitor.wake()
             return
         with self.visitor.lock:
-            if AdjustRequest.of(self.visitor.state) != answer.request:
-                return
-            self.visitor.update(ended)
-            if (adjusted := answer.result) is not None:
-                self.visitor.change(lambda state: moved(state, adjusted), loads=True)
+            self.visitor.change(partial(answered, answer), loads=True)
+
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The sensitivities while the tab is open."""
+        case = snapshot.drawn_case
+        return {EFFECTS: case if case and snapshot.state.tab == self.tab.key else None}
 
     def content(self, snapshot: Snapshot) -> Content:
-        own, job = snapshot.state.slice(AdjustState), snapshot.jobs[JOB]
-        lines = ", ".join(f"{line} ×" for line in snapshot.state.per_rev or USUAL_LINES)
-        told = progress([job]) if own.adjusting and job.late else cancelled([job])
+        state = snapshot.state
+        status = snapshot.jobs[JOB]
+        working = progress([status]) if status.late else cancelled([status])
         return (
-            page.props("adjust-data", hidden=own.adjust_goal != "measured")
-            | page.props("adjust-clear", hidden=own.adjust_goal != "clear")
-            | page.html("adjust-lines", f"lines: {lines}, as in the frequency chart")
-            | page.props("free_mu", disabled=snapshot.state.case.units is not None)
-            | page.html("adjust-work", told)
-            | page.html("adjust-result", result_text(answer_of(snapshot), snapshot.entered_beam))
-            | page.html("adjust-sensitivities", sensitivities_text(snapshot))
+            goal_content(state)
+            | rows_content(state.case)
+            | page.props("adjust-button", disabled=bool(wrong_of(state)) or status.late)
+            | page.html("adjust-work", working)
+            | page.html("adjust-answer", answer_html(state))
+            | page.html("adjust-effects", effects_html(snapshot))
+            | fading(snapshot, [EFFECTS], "adjust-effects")
         )
 
 
-def answer_of(snapshot: Snapshot) -> Answer[AdjustRequest, Adjusted] | None:
-    """The last answer; None before it, and where it was cancelled."""
-    answer = snapshot.job_answer(JOB)
-    return None if answer is None or answer.cancelled else answer
+def answered(answer: Answer[AdjustRequest, Outcome], state: State) -> State:
+    """With an answer, and its beam where the goal is met and no number was edited since."""
+    case = answer.request.case
+    outcome = answer.result or Outcome(case, None, answer.message)
+    if outcome.reason or outcome.adjusted is None:
+        return state.with_values(AdjustState, outcome=outcome)
+    if state.case != case:
+        reason = "the beam was edited meanwhile and stays as it is"
+        return state.with_values(AdjustState, outcome=replace(outcome, reason=reason))
+    scene = Scene(outcome.adjusted.beam, case.options)
+    moved = replace(state, case=Case.of(scene)).after("case").after("structure")
+    return moved.with_mass_kept().with_values(AdjustState, outcome=outcome)
 
 
-def with_text(name: str) -> Any:
-    """The edit of a text of the slice."""
-
-    def edit(state: State, value: Any) -> State:
-        return state.with_values(AdjustState, **{name: str(value)[:MAX_TEXT]})
-
-    return edit
-
-
-def shown_text(name: str) -> Any:
-    return lambda state: getattr(state.slice(AdjustState), name)
+def wrong_of(state: State) -> str:
+    """What is typed wrong; "" for nothing."""
+    try:
+        AdjustRequest.of(state)
+    except InvalidInput as error:
+        return in_words(str(error), state.case.units)
+    return ""
 
 
-def begun(state: State) -> State:
-    """With the answer awaited; unchanged for a number out of range."""
-    return state.with_values(AdjustState, adjusting=True) if state.case.in_range else state
+def with_margin(state: State, percent: Any) -> State:
+    margin = percent / 100 if isinstance(percent, int | float) else math.nan
+    if not 0.001 <= margin <= 1:
+        return state
+    return state.with_values(AdjustState, margin=margin)
 
 
-def ended(state: State) -> State:
-    return state.with_values(AdjustState, adjusting=False)
+def margin_shown(state: State) -> float:
+    return round(100 * state.slice(AdjustState).margin, 6)
 
 
-def moved(state: State, adjusted: Adjusted) -> State:
-    """With the numbers of the answer."""
-    for name in adjusted.free:
-        state = state.changed(name, getattr(adjusted.beam, name))
-    return state
+def is_free(name: str, state: State) -> bool:
+    return name in dict(state.slice(AdjustState).free)
 
 
-# What the tab shows
+def with_free(name: str, state: State, on: Any) -> State:
+    free = {key: ends for key, ends in state.slice(AdjustState).free if key != name or on}
+    if on:
+        free.setdefault(name, None)
+    return state.with_values(AdjustState, free=tuple(free.items()))
 
 
-def result_text(answer: Answer[AdjustRequest, Adjusted] | None, beam: Beam | None) -> str:
-    """The answer, or why there is none (HTML)."""
+def bounds_of(name: str, state: State) -> Bounds:
+    bounds = dict(state.slice(AdjustState).free).get(name)
+    return bounds or usual_bounds(state.case.nearest_beam(), name)
+
+
+def bound_shown(name: str, k: int, state: State) -> float:
+    shown = display(name, state.case.nearest_beam())
+    return float(f"{shown.factor * bounds_of(name, state)[k]:.6g}")
+
+
+def with_bound(name: str, k: int, state: State, value: Any) -> State:
+    """With a bound of a number, which is free then."""
+    ends = [*bounds_of(name, state)]
+    plain = display(name, state.case.nearest_beam()).plain(value)
+    if not isinstance(plain, int | float) or not math.isfinite(plain):
+        return state
+    ends[k] = float(plain)
+    free = dict(state.slice(AdjustState).free) | {name: (ends[0], ends[1])}
+    return state.with_values(AdjustState, free=tuple(free.items()))
+
+
+def goal_content(state: State) -> Content:
+    """The fields of the goal, and what is wrong in them."""
+    chosen = state.slice(AdjustState)
+    content: Content = {}
+    for goal in GOALS:
+        content |= page.props(f"adjust-{goal}", hidden=chosen.goal != goal)
+    for name in ("measured", "targets", "clear_of", "between"):
+        content |= page.value(f"adjust.{name}", getattr(chosen, name))
+    typed = chosen.measured if chosen.goal == "measured" else chosen.targets
+    is_empty = chosen.goal != "clear" and not typed.strip()
+    invitation = "<p>Type, paste or open the frequencies that the beam is to have.</p>"
+    return content | page.html(
+        "adjust-wrong", invitation if is_empty else page.note(wrong_of(state))
+    )
+
+
+def rows_content(case: Case) -> Content:
+    """The numbers that may be free."""
+    shown, content = offered(case), Content()
+    for name in FREE:
+        content |= page.props(f"adjust-row-{name}", hidden=name not in shown)
+    return content
+
+
+def answer_html(state: State) -> str:
+    """The adjusted numbers, how they fit, and what the data do not determine."""
+    outcome = state.slice(AdjustState).outcome
+    if outcome is None:
+        return ""
+    text = page.note(outcome.reason)
+    if (found := outcome.adjusted) is None:
+        return text
+    text += numbers_table(found) + doubts(found)
+    if found.matches:
+        text += matches_table(found)
+    if held := found.held:
+        speed = measure("gamma", found.units).text(held.speed, 4)
+        text += (
+            f"<p>Least margin {100 * held.margin:.3g} %: mode {escape(held.mode)} and the line"
+            f" {held.per_rev} × speed, at {speed}.</p>"
+        )
+    return text
+
+
+def numbers_table(found: Adjusted) -> str:
+    rows = []
+    for name, value in found.free.items():
+        shown, error = display(name, found.beam), found.errors.get(name, math.nan)
+        known = math.isfinite(error) and name not in found.undetermined
+        deviation = f"± {significant(shown.factor * error, 2)}" if known else "–"
+        rows.append((escape(shown.label), significant(shown.factor * value, 5), deviation))
+    return page.table("adjusted numbers", ("number", "value", "standard deviation"), rows)
+
+
+def doubts(found: Adjusted) -> str:
+    """What the data do not determine, strong correlations, bounds that were met, other answers."""
+    names = {name: display(name, found.beam).label for name in found.free}
+    texts = [
+        f"The data do not determine {names[name]}: beams with other values fit as well."
+        for name in found.undetermined
+    ]
+    keys = [*found.free]
+    if found.goal != "clear":
+        for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
+            r = float(found.correlations[i, j])
+            if abs(r) >= STRONG:
+                both = f"{names[keys[i]]} and {names[keys[j]]}"
+                texts.append(f"{both}: correlation {r:.3f}, nearly one number for these data.")
+    texts += [f"{names[name]} is at the end of its range." for name in found.at_bounds]
+    for other in found.alternatives:
+        values = ", ".join(
+            f"{names[name]} {significant(display(name, found.beam).factor * value, 4)}"
+            for name, value in other.items()
+        )
+        texts.append(f"Fits as well: {values}.")
+    return "".join(map(page.note, texts))
+
+
+def matches_table(found: Adjusted) -> str:
+    """The residual of each frequency."""
+    across = frequencies(found.units)
+    has_errors = all(math.isfinite(match.error) for match in found.matches)
+    rows = []
+    for match in found.matches:
+        place = ", ".join(
+            measure(name, found.units).text(value, 4) for name, value in match.numbers.items()
+        )
+        ratio = match.residual if has_errors else 100 * match.residual
+        pair = across.number(match.measured), across.number(match.predicted)
+        rows.append((escape(match.mode), escape(place), *pair, f"{ratio:+.2f}"))
+    goal = "target" if found.goal == "targets" else "measured"
+    residual = "residual [σ]" if has_errors else "residual [%]"
+    heads = ("mode", "at", f"{goal} {across.label}", "beam", residual)
+    return page.table("residuals", heads, rows)
+
+
+# Sensitivities
+
+
+def effects_of(case: Case) -> list[tuple[str, dict[str, float]]]:
+    """Each mode, and the change of its frequency [%] for one hundredth of the range of the slider
+    of each number. Raises the errors of `solve`."""
+    solution = solve(case.beam, **case.options)
+    steps = {}
+    for name, slopes in solution.sensitivities.items():
+        low, high = usual_bounds(solution.beam, name)
+        width = solution.beam.root if name == "root" else high - low
+        steps[name] = slopes * width / solution.frequencies
+    return [
+        (label, {name: float(each[k]) for name, each in steps.items() if np.isfinite(each[k])})
+        for k, label in enumerate(solution.labels)
+    ]
+
+
+def effects_html(snapshot: Snapshot) -> str:
+    """The numbers that move the mode shown most, as bars."""
+    answer = snapshot.job_answer(EFFECTS)
     if answer is None:
         return ""
     if answer.result is None:
         return page.note(answer.message)
-    found = answer.result
-    is_shown = beam is not None and all(
-        getattr(beam, name) == getattr(found.beam, name) for name in found.free
-    )
-    title = "The scene shows it; undo brings the beam before it back."
-    title = title if is_shown else "The beam has been changed since."
-    remarks = "".join(page.note(text) for text in remarks_on(found))
-    parts = [f"<p>{title}</p>", table_of("adjusted numbers", free_columns(found)), remarks]
-    if found.matches:
-        parts.append(table_of("measured frequencies", match_columns(found)))
-    parts.append(correlation_text(found))
-    return "".join(parts)
-
-
-def table_of(name: str, columns: Mapping[str, Collection[str]]) -> str:
-    """A table of columns of texts by their heads."""
-    rows = (tuple(map(escape, row)) for row in zip(*columns.values(), strict=True))
-    return page.table(name, tuple(map(escape, columns)), rows)
-
-
-STRONG = 0.95  # a correlation that is told
-
-
-def correlation_text(found: Adjusted) -> str:
-    """The pairs of numbers that the data hardly tell apart (HTML)."""
-    names = list(found.free)
-    pairs = [
-        f"{first} and {second} ({found.correlations[i, j]:+.3f})"
-        for i, first in enumerate(names)
-        for j, second in enumerate(names)
-        if i < j and abs(found.correlations[i, j]) > STRONG
-    ]
-    return page.note(f"Hardly told apart by the data: {', '.join(pairs)}.") if pairs else ""
-
-
-def sensitivities_text(snapshot: Snapshot) -> str:
-    """What moves the mode that is shown most: bars of the relative change of its frequency with a
-    relative change of each number (HTML); "" where it is not known, or the tab is closed."""
-    solution = snapshot.answer.solution if snapshot.answer else None
-    if snapshot.state.tab != AdjustTab.tab.key or solution is None or snapshot.answer is None:
-        return ""
-    k = next(iter(sorted(snapshot.picture.shown)), None)
-    if k is None:
-        return ""
-    beam, frequency = solution.beam, float(solution.frequencies[k])
-    shares = {}
-    for name, values in solution.sensitivities.items():
-        number = getattr(beam, name, None)
-        if isinstance(number, float | int) and number and frequency:
-            shares[name] = float(values[k]) * number / frequency
-    shares = {name: share for name, share in shares.items() if abs(share) >= 5e-4}
-    if not shares:
-        return ""
-    most = max(abs(share) for share in shares.values())
-    rows = (
-        (
-            escape(measure(name, beam.units).label),
-            f'<span class="bar {"up" if share > 0 else "down"}"'
-            f' style="--size: {100 * abs(share) / most:.0f}%"></span>',
-            f"{share:+.2f} %",
-        )
-        for name, share in sorted(shares.items(), key=lambda item: -abs(item[1]))
-    )
-    heads = ("1 % more of", "", "changes it by")
-    return page.table("sensitivities", heads, rows, caption="What moves the mode shown most")
+    mode = int(np.argmax(snapshot.state.view.shares))
+    label, effects = answer.result[min(mode, len(answer.result) - 1)]
+    order = sorted(effects, key=lambda name: -abs(effects[name]))
+    largest = max((abs(effects[name]) for name in order), default=0.0) or 1.0
+    beam, rows = answer.request.nearest_beam(), []
+    for name in order:
+        effect = effects[name]
+        kind = "adjust-bar" + (" falls" if effect < 0 else "")
+        bar = f'<span class="{kind}" style="width:{100 * abs(effect) / largest:.1f}%"></span>'
+        rows.append((escape(display(name, beam).label), bar, f"{effect:+.3g}"))
+    caption = f"What moves {escape(label)} most: % per hundredth of the range of each number"
+    return page.table("sensitivities", ("number", "effect", "%"), rows, caption=caption)
