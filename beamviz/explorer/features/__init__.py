@@ -38,7 +38,6 @@ FEATURES: tuple[type[Feature], ...] = (
     MotionTab,
     AdjustTab,
     MethodTimingTab,
-    AdjustTab,
     Lessons,
     Files,
     MassDrag,
