@@ -1,4 +1,4 @@
-"""The tab Frequencies: the Campbell diagram along one of the five numbers, with lists of events."""
+"""The tab Frequencies: the Campbell diagram along one of the numbers, with lists of events."""
 
 import contextlib
 from collections.abc import Mapping
@@ -9,11 +9,11 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import (
-    AXES,
     FAILURES,
     Chart,
     ChartRequest,
     axes_data,
+    axes_options,
     chart_data,
     cursor,
 )
@@ -59,7 +59,7 @@ def tools() -> str:
         '<div id="chart-file-work" class="row" hidden><span id="chart-file-state"></span>'
         f"{page.button('Cancel', data_do='cancel_export')}</div>"
     )
-    return page.select("over", "horizontal axis", AXES) + lines + files
+    return page.select("over", "horizontal axis", (), id="loci-over") + lines + files
 
 
 class LociTab(Feature):
@@ -108,6 +108,7 @@ class LociTab(Feature):
         answer = snapshot.job_answer(CHART)
         return (
             chart_content(answer, second_chart(snapshot), snapshot.state.per_rev)
+            | axes_options(snapshot.state.case, "loci-over")
             | cursor_content(answer, snapshot.entered_beam)
             | fading(snapshot, [CHART], "loci-chart", *LISTS)
             | waiting(snapshot, "loci-chart-wait", self.tab)
