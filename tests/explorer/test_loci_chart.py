@@ -62,6 +62,9 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
     assert chart_range(TIP.replace(delta=-0.5), "delta") == (-1, 1)
+    assert chart_range(TIP.replace(pitch=90), "pitch") == (0, 90)
+    assert chart_range(TIP.replace(pitch=-10), "pitch") == (-90, 90)
+    assert chart_range(TIP.replace(flap=0.01), "flap") == (0.00625, 2)
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
