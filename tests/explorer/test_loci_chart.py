@@ -206,6 +206,9 @@ def test_a_locus_on_a_per_rev_line_is_told():
     assert "<b>B1</b> lies on the line 1 × speed" in words
     assert f"from γ = 0 to γ = {stop:.0f}" in words
     assert "No line 2 × speed" in loci_chart.resonance_table(chart, (2,))
+    solution = solve(Beam(root=0, gamma=3), plane="flapwise")
+    margins = loci_chart.margin_table(solution, (1, 2), chart)
+    assert "<td>B1</td><td>on it</td><td>−50.0</td>" in margins
     data = chart_data(chart, (1,))
     (band,) = (line for line in data["lines"] if line["runs"][0][2] == "band")
     assert (band["at"], band["y"]) == ([0, stop], [0, stop])
