@@ -296,7 +296,7 @@ def margin_table(solution: Solution, multiples: tuple[int, ...], chart: Chart | 
             for k, margin in zip(multiples, margins, strict=True)
         )
         rows.append((label, *cells))
-    place = measure("gamma", solution.beam.units).place(speed)
+    place = measure("gamma", solution.beam.units).text(speed, 4)
     heads = ("mode", *(f"{k} ×" for k in multiples))
     caption = f"Margins to per-rev lines at {place} [%]"
     return page.table("margins", heads, rows, caption=caption)
