@@ -127,6 +127,17 @@ class Chart:
         events = (event for event in self.located if event.until is not None)
         return [event for event in events if event.per_rev in multiples]
 
+    def modes_on_lines(self, speed: float, multiples: Sequence[int]) -> set[tuple[str, int]]:
+        """The names at a speed of modes that lie on the line of one of these multiples at all
+        speeds around it, each with the multiple."""
+        k = int(np.argmin(abs(self.x - speed)))
+        return {
+            (line.name_at(k), event.per_rev)
+            for event in self.resonances_along(multiples)
+            for line in self.lines
+            if line.label in event.branches and event.at <= speed <= (event.until or event.at)
+        }
+
     def event_at(self, value: float) -> str:
         """The key of the event or resonance at a value of the axis, "" where there is none."""
         near = AT * (self.request.stop - self.request.start)

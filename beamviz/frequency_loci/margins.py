@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.frequency_loci.branches import LabelledTrack, branches_at
 from beamviz.frequency_loci.events.record import Event
@@ -45,6 +46,12 @@ class Margin(NamedTuple):
         return {"label": label, "index": mode_index + 1, **named, "nearest": self.nearest}
 
 
+def percent(frequency: float, speed: float, multiples: NDArray) -> NDArray:
+    """The margins [%] (lines,) of a frequency to the lines of these multiples of the speed."""
+    lines = multiples * speed
+    return 100 * (frequency - lines) / lines
+
+
 def margins_at(
     path: ParameterPath, parts: Sequence[LabelledTrack], per_rev: int, events: Sequence[Event]
 ) -> tuple[Margin, ...]:
@@ -64,7 +71,6 @@ def margins_at(
         if low == 0 and branch.mode_index[0] >= 0:
             squares = branch.omega_squared
             southwell = float((squares[1] - squares[0]) / speed**2)
-        lines = multiples * speed
         margins.append(
             Margin(
                 branch.label,
@@ -72,7 +78,7 @@ def margins_at(
                 speed,
                 frequency,
                 southwell,
-                tuple((100 * (frequency - lines) / lines).tolist()),
+                tuple(percent(frequency, speed, multiples).tolist()),
                 tuple(
                     event.per_rev
                     for event in events

@@ -93,7 +93,7 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
         (
             "over=spin_up&gamma=3",
             "gamma=3",
-            ["over = 'spin_up': must be one of alpha, beta, gamma"],
+            ["over = 'spin_up': must be one of gamma, alpha, beta"],
         ),
         (
             "gamma=-2&mu=10&tab=charts",
@@ -282,7 +282,7 @@ def test_a_link_with_a_wrong_value_opens_with_a_note_on_it(guest):
     (said,) = guest.said
     assert said["error"]
     assert "alpha = −1: must lie in 0 .. 100" in said["text"]
-    assert "over = 'spin_up': must be one of alpha, beta" in said["text"]
+    assert "over = 'spin_up': must be one of gamma, alpha" in said["text"]
 
 
 def test_a_link_with_many_mistakes_says_how_many_more(guest):

@@ -72,6 +72,9 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
     pitches = (-80, (-90, 90)), (0, (0, 90)), (90, (0, 90)), (100, (0, 180))
     assert all(chart_range(Beam(pitch=pitch), "pitch") == ends for pitch, ends in pitches)
     assert chart_range(Beam(flap=0.02), "flap") == (0.0125, 2)
+    assert chart_range(TIP.replace(pitch=90), "pitch") == (0, 90)
+    assert chart_range(TIP.replace(pitch=-10), "pitch") == (-90, 90)
+    assert chart_range(TIP.replace(flap=0.01), "flap") == (0.00625, 2)
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
@@ -213,6 +216,9 @@ def test_a_locus_on_a_per_rev_line_is_told():
     assert "<b>B1</b> lies on the line 1 × speed" in words
     assert f"from γ = 0 to γ = {stop:.0f}" in words
     assert "No line 2 × speed" in loci_chart.resonance_table(chart, (2,))
+    solution = solve(Beam(root=0, gamma=3), plane="flapwise")
+    margins = loci_chart.margin_table(solution, (1, 2), chart)
+    assert "<td>B1</td><td>on it</td><td>−50.0</td>" in margins
     data = chart_data(chart, (1,))
     (band,) = (line for line in data["lines"] if line["runs"][0][2] == "band")
     assert (band["at"], band["y"]) == ([0, stop], [0, stop])

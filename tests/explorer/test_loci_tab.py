@@ -1,9 +1,11 @@
 """The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
+import re
 import threading
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pytest
 from charts import TIP, chart_of
 from live.browser import SHIFT, Page, by_id
@@ -12,6 +14,7 @@ from live.visitor import Visitor, catch_up, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.features.veering import INVITATION, JOB, VeeringRequest
+from beamviz.frequency_loci import loci
 from beamviz.scene import Scene
 
 FIRST = Scene(TIP)
@@ -47,6 +50,29 @@ def test_moving_along_the_axis_sends_no_lines(guest, session):
     wait_until(lambda: not session.is_busy)
     catch_up(guest)
     assert "lines" not in guest.charts["loci-chart"]
+
+
+def margins_shown(guest: Visitor) -> dict[str, list[str]]:
+    """The table of margins: the cells of each mode."""
+    rows = re.findall(r"<tr><td>(.*?)</td></tr>", guest.texts["loci-margins"])
+    return {label: cells for label, *cells in (row.split("</td><td>") for row in rows)}
+
+
+def test_the_margins_of_the_modes_to_the_lines_chosen(guest):
+    """At the speed of the beam, as `loci` has them; there are none over another number."""
+    pause(guest)
+    guest.choose("per_rev_1", True)
+    guest.choose("per_rev_4", True, until="Margins to per-rev lines at γ = 3")
+    computed = loci(TIP, "gamma", np.array([0.0, 3.0]), per_rev=4)
+    shown = margins_shown(guest)
+    assert [*shown] == [margin.label for margin in computed.margins]
+    for margin in computed.margins:
+        cells = [float(cell.replace("−", "-")) for cell in shown[margin.label]]
+        expected = [margin.percent[0], margin.percent[3]]
+        assert cells == pytest.approx(expected, abs=0.05 + 0.005 * max(map(abs, expected)))
+    guest.choose("gamma", 2.5, until="Margins to per-rev lines at γ = 2.5")
+    guest.choose("over", "alpha")
+    guest.wait(lambda _: not guest.texts["loci-margins"])
 
 
 def test_the_tab_veering_magnifies_the_nearest_event(guest, session):

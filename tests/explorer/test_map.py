@@ -1,4 +1,4 @@
-"""The tab Map: colours over two of the five numbers, and the beam moved by a press on it."""
+"""The tab Map: colours over two of the numbers, and the beam moved by a press on it."""
 
 import math
 import re
@@ -125,6 +125,36 @@ def test_a_point_of_the_map_of_a_real_beam_is_in_its_units(monkeypatch):
             "x": pytest.approx(600),
             "y": pytest.approx(0.1),
         }
+
+
+def test_a_map_over_the_angles_of_the_section(monkeypatch):
+    """Offered with both planes only; a press sets both angles. In one plane the axes, also that of
+    the loci, are usual ones again."""
+    monkeypatch.setattr(map_tab, "SIZE", (5, 4))
+    start = Scene.of(alpha=0, gamma=5, flap=0.1, pitch=20, plane="both")
+    with offline():
+        desk = Desk(start.changed(playing=False))
+        desk.do("tab", "map")
+        desk.do("over", "pitch")
+        desk.do("across", "twist")
+        desk.do("mapped", "2")
+        desk.frame(5)
+        visitor = desk.guest.visitor
+        visitor.receive()
+        data, shown = visitor.charts["map-chart"], visitor.texts["map-over"]
+        assert all(f'value="{name}"' in shown for name in ("gamma", "flap", "pitch", "twist"))
+        assert (data["x"]["unit"], data["x"]["range"]) == ("deg", [0, 90])
+        x, y, values = grid(data)
+        beam = start.beam.replace(pitch=float(x[3]), twist=float(y[2]))
+        assert values[2, 3] == pytest.approx(solve(beam, plane="both").frequencies[1], rel=1e-4)
+        desk.do("move_beam", "30 60")
+        desk.frame(3)
+        assert (desk.state.case.beam.pitch, desk.state.case.beam.twist) == (30, 60)
+        desk.do("plane", "flapwise")
+        desk.frame(5)
+        visitor.receive()
+        assert (desk.state.over, desk.state.slice(map_tab.MapState).across) == ("gamma", "alpha")
+        assert "pitch" not in visitor.texts["map-over"] + visitor.texts["loci-over"]
 
 
 @pytest.mark.slow

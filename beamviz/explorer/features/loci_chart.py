@@ -1,11 +1,15 @@
 """The tab Frequencies: the Campbell diagram along one of the numbers, with lists of events."""
 
 import contextlib
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from beamviz.beam import Beam
+from beamviz.drawing.text import measure
 from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import (
@@ -27,8 +31,11 @@ from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Event
 from beamviz.frequency_loci.events import EVENT_KINDS, EXCHANGES
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.limits import Limit
+from beamviz.frequency_loci.margins import percent
 from beamviz.scene import PER_REV
+from beamviz.solver.solution import Solution
 
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
@@ -36,7 +43,7 @@ PER_REV_HELP = (
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
-LISTS = "loci-resonances", "loci-events"
+LISTS = "loci-margins", "loci-resonances", "loci-events"
 CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
 
@@ -111,6 +118,7 @@ class LociTab(Feature):
         answer = snapshot.job_answer(CHART)
         return (
             chart_content(answer, second_chart(snapshot), snapshot.state.per_rev)
+            | margins_content(snapshot)
             | axes_options(snapshot.state.case, "loci-over")
             | cursor_content(answer, snapshot.entered_beam)
             | fading(snapshot, [CHART], "loci-chart", *LISTS)
@@ -192,6 +200,20 @@ def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None
     return found | page.value("go_to_event", chosen)
 
 
+def margins_content(snapshot: Snapshot) -> Content:
+    """The table of margins over the speed where per-rev lines are chosen and the beam rotates."""
+    answer, solved, multiples = (
+        snapshot.job_answer(CHART),
+        snapshot.solved,
+        snapshot.state.per_rev,
+    )
+    solution, text = solved.solution if solved else None, ""
+    over_speed = answer is not None and answer.request.over == "gamma"
+    if solution and multiples and over_speed and solution.beam.gamma:
+        text = margin_table(solution, multiples, answer.result if answer else None)
+    return page.html("loci-margins", text) | page.props("loci-margins", hidden=not text)
+
+
 def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> State:
     """With the beam at an event, in equal shares of its modes, and not compared with a beam before
     an edit, which has other numbers."""
@@ -260,6 +282,36 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
         go_to, *place = cells(chart, key, page.sign("resonance"), one)
         rows.append((go_to, f"{one.per_rev} ×", *place))
     return along_lines + page.table("resonances", heads, rows, caption="Resonances")
+
+
+def margin_table(solution: Solution, multiples: tuple[int, ...], chart: Chart | None) -> str:
+    """The margins of the modes to per-rev lines at the speed of the beam. Modes that lie on a line
+    at all speeds are known from the chart."""
+    speed = solution.beam.gamma
+    on_lines = chart.modes_on_lines(speed, multiples) if chart else set()
+    rows = []
+    for label, frequency in zip(
+        identify_modes(solution).labels, solution.frequencies.tolist(), strict=True
+    ):
+        margins = percent(frequency, speed, np.array(multiples)).tolist()
+        cells = (
+            "on it" if (label, k) in on_lines else percent_text(margin)
+            for k, margin in zip(multiples, margins, strict=True)
+        )
+        rows.append((label, *cells))
+    place = measure("gamma", solution.beam.units).text(speed, 4)
+    heads = ("mode", *(f"{k} ×" for k in multiples))
+    caption = f"Margins to per-rev lines at {place} [%]"
+    return page.table("margins", heads, rows, caption=caption)
+
+
+def percent_text(margin: float) -> str:
+    """A margin [%] with its sign, to 0.1 where it is below 100; a dash for a mode without a
+    frequency."""
+    if not math.isfinite(margin):
+        return "–"
+    digits = 1 if abs(margin) < 99.95 else 0
+    return f"{margin:+.{digits}f}".replace("-", "−")
 
 
 def resonances_along(chart: Chart, multiples: tuple[int, ...]) -> str:
