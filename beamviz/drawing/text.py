@@ -199,6 +199,13 @@ def rounded_to_error(value: float, error: float) -> str:
     return f"{value:.{decimals}f}"
 
 
+def five_digits(value: float, error: float) -> str:
+    """`value` in five digits, or as many as are accurate."""
+    accurate = rounded_to_error(value, error)
+    decimals = max(4 - math.floor(math.log10(abs(value))), 0) if value else 6
+    return accurate if len(accurate.partition(".")[2]) <= decimals else f"{value:.{decimals}f}"
+
+
 def rounded(value: float) -> float:
     """A number with two digits, away from zero."""
     if value == 0:

@@ -12,6 +12,7 @@ from live.visitor import frequency_text
 from PIL import Image
 
 from beamviz.beam import Beam
+from beamviz.drawing.text import five_digits, rounded_to_error
 from beamviz.explorer import explorer
 from beamviz.explorer.features.real_beam import RPM, STEEL_BEAM
 from beamviz.scene import START
@@ -45,7 +46,7 @@ JOBS = {
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": (
         [button("Real beam…"), button("steel beam"), (REAL % "length", "1200"),
          (by_id("gamma-field"), "600")],
-        " && ".join(says(f"{one:.6f}"[:-2]) for one in HERTZ),
+        " && ".join(says(five_digits(one, 0)) for one in HERTZ),
     ),
     "resonances with 2 per revolution in the chart": (
         [button("2 ×")],
@@ -147,6 +148,24 @@ def test_modes_are_shown_by_a_click_a_drag_or_a_command(opened):
         opened.call("Input.insertText", text="mode 3")
         opened.wait(says("Show mode 3 alone"))
         opened.key("Enter", until=f"{SHOWN}.join() === 'B3'")
+
+
+def test_all_digits_and_their_errors_are_shown_by_a_switch(opened):
+    """It is kept for the next visit; the controls below the table stay at their places."""
+    rows, top = "document.querySelector('#mode-rows').innerText", f"{by_id('beam')}.offsetTop"
+    found = solve(START.beam, **START.solver_options)
+    accurate = rounded_to_error(found.frequencies[0], found.errors[0])
+    few = five_digits(found.frequencies[0], found.errors[0])
+    opened.wait(f"{rows}.includes('{few}') && !{rows}.includes('{accurate}')")
+    before = opened.evaluate(top)
+    assert "±" not in opened.evaluate(rows)
+    click(opened, by_id("digits"))
+    opened.wait(f"{rows}.includes('{accurate}') && {rows}.includes('±')")
+    assert opened.evaluate(top) == before
+    opened.reload()
+    opened.wait(f"{by_id('digits')}?.ariaPressed === 'true' && {rows}.includes('{accurate}')")
+    click(opened, by_id("digits"))
+    opened.wait(f"!{rows}.includes('±')")
 
 
 @pytest.mark.slow

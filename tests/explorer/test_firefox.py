@@ -46,7 +46,7 @@ def test_the_main_jobs(desk):
     shown, session = desk
     state = session.visitor.state
     shown.wait("document.querySelectorAll('#mode-rows [data-row]').length === 5")
-    assert "4.390598" in shown.evaluate("document.querySelector('#mode-rows').innerText")
+    assert "4.3906" in shown.evaluate("document.querySelector('#mode-rows').innerText")
     shown.wait(
         "!!document.querySelector('#tab-frequencies svg path, #tab-frequencies svg polyline')"
     )

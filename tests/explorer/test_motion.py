@@ -690,10 +690,10 @@ def at_moment(desk: Desk, moment: float) -> Moment:
     guest, around = desk.guest.visitor, desk.session.view.beam.surroundings
     guest.receive()
     title = re.search("<b>(.*?)</b>", guest.texts["equilibrium"])
-    above = re.match("<p>(.*?)</p>", guest.texts["mode-rows"])
+    below = re.search('note-below"[^>]*>(.*?)</p>', guest.texts["mode-rows"])
     return Moment(
         title[1],
-        above[1] if above else "",
+        below[1] if below else "",
         'class="pale"' in guest.texts["mode-rows"],
         around.speed.text,
         around.arrow.visible,

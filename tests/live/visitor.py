@@ -16,7 +16,7 @@ from live.server import CAMERA_MESSAGE, ROOT, TIMEOUT, encoded, raw_socket
 from websockets.sync.connection import Connection
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.drawing.text import frequencies, rounded_to_error
+from beamviz.drawing.text import five_digits, frequencies
 from beamviz.solver import solve
 
 PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
@@ -242,6 +242,6 @@ def visitor(url: str, **options: Any) -> Iterator[Visitor]:
 
 
 def frequency_text(beam: Beam, mode: int = 0, **options: Any) -> str:
-    """A frequency as the table of modes prints it, in hertz for a beam with units."""
+    """A frequency in the five digits of the table of modes, in hertz for a beam with units."""
     solution, factor = solve(beam, **options), frequencies(beam.units).factor
-    return rounded_to_error(factor * solution.frequencies[mode], factor * solution.errors[mode])
+    return five_digits(factor * solution.frequencies[mode], factor * solution.errors[mode])

@@ -13,6 +13,7 @@ from beamviz.drawing.text import (
     described,
     duration,
     error_digits,
+    five_digits,
     frequencies,
     length_text,
     measure,
@@ -313,7 +314,8 @@ def mode_table(
     are those of, beside a motion; it is pale where they are not of its `present` moment."""
     units, modes = solution.beam.units, identify_modes(solution)
     unit = "" if units else UNIT_HINT
-    heads = ("mode", f"{frequencies(units).label} {unit}<small>± error</small>", "amount")
+    error = '<small class="all-digits">± error</small>'
+    heads = ("mode", f"{frequencies(units).label} {unit}{error}", "amount")
     rows = "".join(
         f'<tr data-do="only" data-value="{k}" data-row="{label}"'
         f"{' class=shown' if k in shown else ''}>"
@@ -323,10 +325,10 @@ def mode_table(
         for k, label in enumerate(modes.labels)
     )
     head = f"<thead><tr><th>{'</th><th>'.join(heads)}</th></tr></thead>"
-    note = f"<p>{escape(beside)}</p>" if beside else ""
     own = page.attributes(aria_label="modes", class_=None if present else "pale")
     table = f"<table{own}>{head}<tbody>{rows}</tbody></table>"
-    return f'{note}{table}<p class="soft">{escape(modes.summary)}</p>'
+    note = " ".join(text for text in (beside, modes.summary) if text)
+    return f"{table}<p{page.attributes(class_='note-below', title=note or None)}>{escape(note)}</p>"
 
 
 def style_of(label: str, family: str) -> str:
@@ -360,16 +362,23 @@ def numbers(solution: Solution, k: int) -> str:
         found = rounded(frequency, error, frequencies(units).factor)
     if rate > error:  # else it is none, to the digits known
         per_time, unit = (1 / units.time, "/s") if units else (1.0, "")
-        found += rounded(rate, error, per_time, unit, "growth ")
+        found += rounded(rate, error, per_time, unit, "growth")
     return f"<td>{found or NEUTRAL}</td>"
 
 
 def rounded(value: float, error: float, factor: float, unit: str = "", name: str = "") -> str:
-    """A value to its error, both times `factor`, with a unit, and the error below, after a name."""
+    """A value, both it and its error times `factor`, with a unit, and a name below: in five digits,
+    and to its error with that below, of which the page shows one."""
     value, error = factor * value, factor * error
     kind = ' class="grows"' if name else ""
-    small = f"<small>{name}± {error_digits(error)}</small>"
-    return f"<div{kind}>{rounded_to_error(value, error)}{unit}{small}</div>"
+    small = f"<small>{name}</small>" if name else ""
+    brief = f"{five_digits(value, error)}{unit}{small}"
+    named = f"{name} " if name else ""
+    full = f"{rounded_to_error(value, error)}{unit}<small>{named}± {error_digits(error)}</small>"
+    return (
+        f'<div{kind}><span class="few-digits">{brief}</span>'
+        f'<span class="all-digits">{full}</span></div>'
+    )
 
 
 def strip(nodes: np.ndarray) -> str:

@@ -55,9 +55,9 @@ RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened
 MODES_HINT = (
     "The shapes of free vibration, each with its own frequency. Click one to see it alone; the"
     " sliders mix several. B: bending, S: stretching; in both planes F: flap, out of the plane of"
-    " rotation, L: lag, in it. The errors are estimates of the numerical"
-    " error."
+    " rotation, L: lag, in it. With all digits, the errors are estimates of the numerical error."
 )
+DIGITS_HINT = "All accurate digits, and the estimated error of each frequency"
 
 
 REAL_ENDS = {"alpha": 2.0, "gamma": 12.0}  # of the sliders of real beams, which rotate slowly
@@ -82,6 +82,7 @@ CONTENT = {
     "modes": (
         f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
         '<span class="space"></span>'
+        + page.button("digits", id="digits", aria_pressed=False, class_="quiet", title=DIGITS_HINT)
         + page.button("All", data_set="all_modes", aria_label="All modes, one above the other")
         + '</div><div id="told" class="soft"></div><div id="mode-rows"></div>'
     ),

@@ -123,6 +123,7 @@ const beamviz = (() => {
       fill(found(id), html);
     }
     if (rows) moveRows(rows);
+    if (update.html?.modes) showDigits(hasAllDigits()); // it has the button
     for (const [key, value] of Object.entries(update.values ?? {})) {
       controls(key).forEach((e) => showValue(e, value));
     }
@@ -505,6 +506,19 @@ const beamviz = (() => {
     });
   }
 
+  const hasAllDigits = () => localStorage.getItem("beamviz-digits") === "all";
+
+  /**
+   * Frequencies in all accurate digits with their errors, or in five digits.
+   * @param {boolean} all
+   */
+  function showDigits(all) {
+    const button = found("digits");
+    if (button) button.ariaPressed = String(all);
+    document.documentElement.dataset.digits = all ? "all" : "few";
+    localStorage.setItem("beamviz-digits", all ? "all" : "few");
+  }
+
   /** @param {Event} event */
   function onInput(event) {
     const e = targetOf(event), key = e.dataset?.set;
@@ -665,6 +679,7 @@ const beamviz = (() => {
       else if (e.closest("#copy-link")) copyLink();
       else if (e.closest("#save-picture")) savePicture();
       else if (e.closest("#enlarge")) byId("enlarge").ariaPressed = String(document.body.classList.toggle("enlarged"));
+      else if (e.closest("#digits")) showDigits(byId("digits").ariaPressed !== "true");
       else if (dialog) byId(dialog.dataset.dialog ?? "").showModal();
       else if (acting && !e.closest("input, select, label")) press(acting);
     });
@@ -677,6 +692,7 @@ const beamviz = (() => {
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
     for (const query of Object.values(PREFERENCES)) media(query).addEventListener("change", sendPreferences);
+    showDigits(hasAllDigits());
     const box = byId("letters");
     box.checked = letters();
     box.onchange = () => localStorage.setItem("beamviz-letters", box.checked ? "on" : "off");
