@@ -8,7 +8,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import requires
 from beamviz.frequency_loci.branches import Branch
-from beamviz.units import Units
+from beamviz.units import Units, usual_measure
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -71,9 +71,14 @@ def mode_dataset(
 
 
 def loci_dataset(
-    over: str, values: np.ndarray, branches: Sequence[Branch], attributes: Mapping[str, Any]
+    over: str,
+    values: np.ndarray,
+    branches: Sequence[Branch],
+    attributes: Mapping[str, Any],
+    units: Units | None = None,
 ) -> "xarray.Dataset":
-    """The Dataset of loci: each quantity by value and branch."""
+    """The Dataset of loci: each quantity by value and branch; where the size is known, frequencies
+    in Hz, and the parameter in its usual unit, as rpm, as a second coordinate."""
     with requires("xarray"):
         import xarray
     rows = {key: [getattr(branch, key) for branch in branches] for key in QUANTITIES}
@@ -81,11 +86,25 @@ def loci_dataset(
         rows["in_plane_fraction"] = [branch.in_plane_fraction for branch in branches]
     rows["family"] = [[name or "" for name in family] for family in rows["family"]]
     fixed = {name: value for name, value in attributes.items() if name != over}
-    return xarray.Dataset(
+    coordinates: dict[str, Any] = {over: values, "branch": [branch.label for branch in branches]}
+    data = xarray.Dataset(
         {key: ((over, "branch"), np.transpose(row), UNITS.get(key)) for key, row in rows.items()},
-        {over: values, "branch": [branch.label for branch in branches]},
+        coordinates,
         fixed,
     )
+    if units is None:
+        return data
+    return data.assign_coords(in_si(over, values, units)).assign_coords(
+        hertz=((over, "branch"), units.hertz(data["frequency"].values), {"units": "Hz"})
+    )
+
+
+def in_si(over: str, values: np.ndarray, units: Units) -> dict[str, Any]:
+    """A coordinate of the values of a parameter in its usual unit; {} for one without a unit."""
+    measure = usual_measure(over, units)
+    if measure is None:
+        return {}
+    return {measure.scale.key: (over, measure.factor * values, {"units": measure.scale.unit})}
 
 
 def motion_dataset(

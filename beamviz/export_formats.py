@@ -37,15 +37,26 @@ def write_glb(path: Path, file: Path, scene: Any) -> list[Path]:
 
 
 def write_csv(path: Path, file: Path, scene: Any) -> list[Path]:
+    from beamviz.exports import beam_files
     from beamviz.exports.csv_tables import csv_tables
     from beamviz.files import write_files
     from beamviz.solver import solve
 
+    if path.name.lower().endswith(beam_files.STATIONS):
+        file.write_text(beam_files.stations_csv(scene.beam))
+        return []
     solution = solve(scene.beam, **scene.solver_options)
     (_, content), *others = csv_tables(path, solution).items()
     write_files(path.parent, dict(others))
     file.write_bytes(content)
     return [path.with_name(name) for name, _ in others]
+
+
+def write_toml(path: Path, file: Path, scene: Any) -> list[Path]:
+    from beamviz.exports.beam_files import beam_toml
+
+    file.write_text(beam_toml(scene.beam))
+    return []
 
 
 def write_npz(path: Path, file: Path, scene: Any) -> list[Path]:
@@ -69,12 +80,17 @@ def write_dat(path: Path, file: Path, scene: Any) -> list[Path]:
     return []
 
 
+CSV_TEXT = (
+    "the modes, and in a second file equilibrium and shapes; the stations of a beam in SI where the"
+    " name ends with .stations.csv"
+)
 EXPORT_FORMATS = {
     row.suffix: row
     for row in (
         ExportFormat(".html", "a page with film, chart and table, without a network", write_html),
         ExportFormat(".glb", "an animated 3D model", write_glb),
-        ExportFormat(".csv", "the modes, and in a second file equilibrium and shapes", write_csv),
+        ExportFormat(".csv", CSV_TEXT, write_csv),
+        ExportFormat(".toml", "a beam in SI, which --si reads", write_toml),
         ExportFormat(".npz", "the same as arrays", write_npz),
         ExportFormat(".dat", "the mode shapes of an ElastoDyn blade file", write_dat),
     )

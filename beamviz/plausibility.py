@@ -24,15 +24,36 @@ def tip_speed(beam: PhysicalBeam) -> Iterable[float]:
     return [beam.rotation_speed * max(abs(beam.hub_radius), abs(beam.hub_radius + beam.length))]
 
 
+def stiff_rule(beam: PhysicalBeam) -> Iterable[float]:
+    """EA / EI of a blade whose axial stiffness is one multiple of its bending stiffness at each
+    station, and larger than that of any material."""
+    ratios = quotients(beam.axial_stiffness, beam.bending_stiffness)
+    speeds = quotients(beam.axial_stiffness, beam.mass_per_length)
+    is_one = max(ratios) <= SAME * min(ratios)
+    if beam.is_inextensible or beam.is_prismatic or not is_one or speeds[0] < FASTEST**2:
+        return []
+    return ratios[:1]
+
+
+def bending_speed(beam: PhysicalBeam) -> Iterable[float]:
+    """That of axial waves times the radius of gyration over the length, of a blade of 1 m."""
+    if beam.is_prismatic or beam.length != 1:
+        return []
+    return (
+        math.sqrt(ratio) for ratio in quotients(beam.bending_stiffness, beam.mass_per_length)[:1]
+    )
+
+
 def wave_speed(beam: PhysicalBeam) -> Iterable[float]:
-    if beam.is_inextensible:
+    if beam.is_inextensible or any(ratio > MOST_RULE for ratio in stiff_rule(beam)):
         return []
     return map(math.sqrt, quotients(beam.axial_stiffness, beam.mass_per_length))
 
 
 def thickness_ratios(beam: PhysicalBeam) -> Iterable[float]:
     """Thickness of a rectangle of the same stiffnesses, over the length."""
-    if beam.is_inextensible:
+    has_fractions = any(speed > MOST_SPEED for speed in bending_speed(beam))
+    if beam.is_inextensible or has_fractions or any(r > MOST_RULE for r in stiff_rule(beam)):
         return []
     thick = map(math.sqrt, quotients(beam.bending_stiffness, beam.axial_stiffness))
     return (math.sqrt(12) * radius / beam.length for radius in thick)
@@ -60,7 +81,25 @@ def gyrations(beam: PhysicalBeam) -> Iterable[float]:
     ]
 
 
+SAME = 1 + 1e-4  # largest over smallest ratio that is meant to be one number
+FASTEST = 20e3  # [m/s] of axial waves
+MOST_RULE = 1e4  # [1/m^2] EA / EI: of a blade with parts 1 cm from its axis throughout
+MOST_SPEED = 1000.0  # [m/s]
 RULES = (
+    Rule(
+        *("sqrt(EI / (mass per length)) over the length", "m/s", bending_speed, 0.0, MOST_SPEED),
+        below="",
+        above="positions as fractions of the span, not in m?",
+        reason="5000 m/s in most materials times a radius of gyration of 1/5 of the length, more"
+        " than that of a beam; that of the NREL 5 MW blade is 84 m/s, at a length of 1 m 5200.",
+    ),
+    Rule(
+        *("EA over EI at each station", "1/m^2", stiff_rule, 0.0, MOST_RULE),
+        below="",
+        above="an axial stiffness by rule, as 10^6 EI in files of BModes? Without one the beam is"
+        " inextensible, which is meant by it.",
+        reason="Blades have 0.3 to 300; steel 5 mm thick has 480000, but not along a taper.",
+    ),
     Rule(
         *("length", "m", lambda beam: [beam.length], 1e-5, 300.0),
         below="a length in km?",
@@ -82,7 +121,7 @@ RULES = (
         reason="Soft rubber has 5e5, diamond 1.2e12; steel in MPa is 2.1e5.",
     ),
     Rule(
-        *("speed of axial waves sqrt(EA / (mass per length))", "m/s", wave_speed, 200.0, 20e3),
+        *("speed of axial waves sqrt(EA / (mass per length))", "m/s", wave_speed, 200.0, FASTEST),
         below="Young's modulus in GPa or MPa, the axial stiffness in kN or MN, or the mass of a"
         " unit of length in g/m?",
         above="a density in g/cm^3 or t/m^3, or the mass of a unit of length in t/m?",
@@ -104,7 +143,7 @@ RULES = (
     Rule(
         *("speed of the tip", "m/s", tip_speed, 0.0, 600.0),
         below="",
-        above="a rotation speed in rpm, not rad/s?",
+        above="a rotation speed in rpm, not rad/s, or as gamma, which is Omega T*?",
         reason="Fans of engines reach 450 m/s; flywheels of fibre more. 12.1 rpm as rad/s: 760.",
     ),
     Rule(

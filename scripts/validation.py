@@ -259,6 +259,7 @@ def measured_strip(free: str, low: float, high: float) -> list[float]:
     hertz = [float(text) for text in MEASURED_STRIP.split()]
     measured = {"mode": ["B1", "B2", "B3"], "hertz": hertz, "error": [0.01 * f for f in hertz]}
     fitted = adjust(strip, {free: (low, high)}, measured=measured).beam
+    assert fitted.units is not None
     return [fitted.units.hertz(omega) for omega in frequencies(fitted, 3)]
 
 
@@ -614,7 +615,8 @@ SOURCES = (
     Source(
         "Measured in a laboratory",
         "A clamped strip on a shaker, short beam of AE 417, Aerospace Structures and"
-        " Instrumentation Laboratory, Embry-Riddle Aeronautical University (2025): measured by the sweep generator,"
+        " Instrumentation Laboratory, Embry-Riddle Aeronautical University (2025): measured by the"
+        " sweep generator,"
         " where the theory of the report has 7.15, 44.5 and 124.72 Hz. One number is fitted in each"
         " row: a bending stiffness lower by a fifth, as of a strip thinner by a tenth, explains all"
         " three to 1.3 %; a soft root or a mass at the tip does not. Of a rotating beam no"

@@ -11,6 +11,8 @@ from blade_texts import BLADE, KEYWORDS
 from beamviz import Beam, InvalidInput, LeftOut, solve
 from beamviz.cli import main
 from beamviz.conversions import unit_size
+from beamviz.exports import export
+from beamviz.scene import Scene
 
 SPEED = {"hub_radius": BLADE.hub_radius, "rotation_rpm": 12.1}
 
@@ -205,3 +207,42 @@ def test_an_inextensible_beam_is_the_limit_of_stiff_ones():
     near, far = frequencies(axial_stiffness=1e13), frequencies(axial_stiffness=1e11)
     assert near == pytest.approx(limit, rel=2e-6)
     assert abs(far - limit).max() > 10 * abs(near - limit).max()
+
+
+@pytest.mark.parametrize("kind", ["elastodyn", "bmodes", "hawc2"])
+def test_what_was_read_is_written_and_read_again(tmp_path, kind):
+    """As TOML all of it, as CSV the stations: the frequencies are the same."""
+    file = written(tmp_path, "in.dat", getattr(blade_texts, kind)())
+    beam = read(file, length=BLADE.length, **SPEED)
+    scene = Scene(beam)
+    export(tmp_path / "out.toml", scene)
+    export(tmp_path / "out.stations.csv", scene)
+    expected = solve(beam, plane="both").frequencies
+    for again in (read(tmp_path / "out.toml"), read(tmp_path / "out.stations.csv", **SPEED)):
+        assert_same_beam(again, beam)
+        assert solve(again, plane="both").frequencies == pytest.approx(expected, rel=1e-10)
+
+
+def test_bodies_and_the_root_are_written_too(tmp_path):
+    tip = {"mass": 40, "position": 39, "inertia": (2.5, 1.75, 10)}
+    beam = Beam.from_si(**KEYWORDS, **SPEED, masses=[tip], root_stiffness=1e8, pitch=3)
+    export(tmp_path / "out.toml", Scene(beam))
+    again = read(tmp_path / "out.toml")
+    assert_same_beam(again, beam)
+    assert again.root == pytest.approx(beam.root)
+    assert again.masses[0].beta == pytest.approx(39 / 40)
+    with pytest.raises(InvalidInput, match="size of the beam is not known"):
+        export(tmp_path / "no.toml", Scene(Beam()))
+
+
+def test_a_flapwise_stiffness_that_is_missing_is_told(tmp_path, capsys):
+    """As another stiffness is taken in its place; and a speed in rpm that is typed as gamma."""
+    names = "station,mass_per_length,bending_stiffness"
+    file = written(tmp_path, "blade.csv", f"{names}\n0,600,9e9\n20,300,9e8\n40,20,3e7\n")
+    assert main(["modes", "--si", str(file), "--plane", "flapwise"]) == 0
+    assert "no flap_stiffness is given: bending_stiffness is taken" in capsys.readouterr().err
+    assert main(["modes", "--si", str(file)]) == 0
+    assert capsys.readouterr().err == ""
+    toml = written(tmp_path, "b.toml", 'stations_file = "blade.csv"\nrotation_speed = 20')
+    assert main(["modes", "--si", str(toml)]) == 0
+    assert "in rpm, not rad/s, or as gamma" in capsys.readouterr().err

@@ -54,6 +54,7 @@ def test_datasets_can_be_kept_in_netcdf(tmp_path, found):
         "solution": solve(BEAM, coriolis=True).to_xarray(),
         "solution of a blade": solve(blade).to_xarray(),
         "loci": found.to_xarray(),
+        "loci in SI": loci(blade, over="gamma", values=[0, 1]).to_xarray(),
         "motion": motion(BEAM, 0.1, start={"B1": 0.1}).to_xarray(),
         "sweep": open_sweep(store),
         "sweep read by xarray": xarray.open_zarr(store, chunks=None),
@@ -64,6 +65,20 @@ def test_datasets_can_be_kept_in_netcdf(tmp_path, found):
             xarray.testing.assert_equal(kept.load(), data)
             assert dict(kept.attrs) == data.attrs
         assert {type(value) for value in data.attrs.values()} <= {str, int, float}
+
+
+def test_loci_and_sweeps_of_a_beam_in_si_have_its_units(tmp_path):
+    """Frequencies in Hz, and the speed in rpm beside gamma; alpha in kg."""
+    beam = PRESETS["tapered-steel-blade"].beam
+    data = loci(beam, over="rpm", values=[0, 300]).to_xarray()
+    assert data.rpm.values == pytest.approx([0, 300])
+    assert data.rpm.units == "rpm"
+    hertz = beam.units.hertz(data.frequency.values)
+    np.testing.assert_allclose(data.hertz.values, hertz)
+    swept = sweep({"rpm": [0, 300], "alpha": [0, 1]}, tmp_path / "s.zarr", 2, beam=beam)
+    assert swept.rpm.values == pytest.approx([0, 300])
+    assert swept.kg.values == pytest.approx([0, beam.units.mass])
+    assert "rpm" not in loci(BEAM, over="gamma", values=[0, 1]).to_xarray().coords
 
 
 def test_loci_as_a_dataset_and_tables(found):

@@ -324,6 +324,11 @@ STEEL = {
     "second_moment": 3.125e-10,
     "youngs_modulus": 2.1e11,
 }
+TAPERED = {
+    "stations": (0.0, 20.0, 40.0),
+    "mass_per_length": (600.0, 300.0, 20.0),
+    "bending_stiffness": (9e9, 9e8, 3e7),
+}
 MISTAKES = [  # values in another unit, and words of the warning
     (STEEL, {"youngs_modulus": 2.1e5, "density": 7850.0}, "MPa"),
     (STEEL, {"density": 7.85}, "g/cm^3"),
@@ -334,6 +339,8 @@ MISTAKES = [  # values in another unit, and words of the warning
     (PLAIN, {"mass": 50.0}, "a mass in g"),
     (PLAIN, {"masses": [{"mass": 0.1, "position": 1, "inertia": [1, 1, 1]}]}, "kg mm^2"),
     (PLAIN, {"flap_stiffness": 4.4e5}, "another unit"),
+    (TAPERED, {"stations": (0, 0.5, 1)}, "fractions of the span, not in m"),
+    (TAPERED, {"axial_stiffness": (9e15, 9e14, 3e13)}, "axial stiffness by rule"),
     (PLAIN, {"length": 400.0, "bending_stiffness": 1e6}, "in mm"),
 ]
 

@@ -6,8 +6,8 @@ bring a hundred megabytes of other libraries, so the few tables needed here are 
 """
 
 import warnings
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
 
 from beamviz.blade_files import bmodes, delimited, elastodyn, flex, hawc2
@@ -25,7 +25,9 @@ __all__ = [
     "Format",
     "Text",
     "delimited",
+    "format_of",
     "parse_blade",
+    "parse_together",
     "read_blade_file",
 ]
 
@@ -102,20 +104,45 @@ def read_blade_file(path: str | Path, given: Mapping[str, Any]) -> dict[str, Any
         name, _, chosen = path.name.rpartition("#")
         path = path.with_name(name)
     data = parse_blade(text_of(path), chosen)
-    values, left_out = dict(data.values), list(data.left_out)
     if data.blade_file is not None:
-        sections = parse_blade(text_of(path.parent / data.blade_file))
-        left_out += sections.left_out
-        has_fractions = sections.has_fractions
-        for key, row in sections.values.items():
-            values[key] = tuple(data.factors.get(key, 1.0) * value for value in row)
-    else:
-        has_fractions = data.has_fractions
-    if has_fractions:
+        data = with_sections(data, parse_blade(text_of(path.parent / data.blade_file)))
+    values = dict(data.values)
+    if data.has_fractions:
         values["stations"] = from_fractions(path, values, given)
-    if left_out:
-        warnings.warn(f"{path}: the model leaves out {', '.join(left_out)}", LeftOut, stacklevel=4)
+    if data.left_out:
+        left_out = ", ".join(data.left_out)
+        warnings.warn(f"{path}: the model leaves out {left_out}", LeftOut, stacklevel=4)
     return values
+
+
+def with_sections(main: BladeData, sections: BladeData) -> BladeData:
+    """What a main file and the file of sections that it names say together."""
+    rows = {
+        key: tuple(main.factors.get(key, 1.0) * value for value in row)
+        for key, row in sections.values.items()
+    }
+    left_out = (*main.left_out, *sections.left_out)
+    return BladeData({**main.values, **rows}, sections.has_fractions, left_out)
+
+
+def parse_together(files: Sequence[Text]) -> BladeData:
+    """What the texts of files say that are given at once: one with stations, perhaps with the main
+    file that names it, or more of which the main file names one. Raises InvalidInput."""
+    read = {Path(file.name).name: parse_blade(file) for file in files}
+    main_files = [data for data in read.values() if data.blade_file is not None]
+    sections = {name: data for name, data in read.items() if data.blade_file is None}
+    if len(main_files) > 1 or (len(sections) > 1 and not main_files):
+        raise InvalidInput(
+            f"{', '.join(read)}: give one file of stations, and at most one main file with it"
+        )
+    if not main_files:
+        return next(iter(sections.values()))
+    named = main_files[0].blade_file
+    assert named is not None
+    name = PureWindowsPath(named).name  # a path of any system
+    if name in sections or len(sections) == 1:
+        return with_sections(main_files[0], sections.get(name) or next(iter(sections.values())))
+    raise InvalidInput(f"the stations are in {name}: give both files at once")
 
 
 def text_of(path: Path) -> Text:

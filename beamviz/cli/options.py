@@ -148,7 +148,20 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
             gives = "mu" if is_blade else "all numbers"
             raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
     beam = known.beam if known else Beam.from_file(si)
-    return beam.replace(**given), options
+    if given:
+        beam = beam.replace(**given)
+        beam.warn_of_doubts()
+    note_plane(beam, options["plane"])
+    return beam, options
+
+
+def note_plane(beam: Beam, plane: str) -> None:
+    """Note that a flapwise stiffness, which a beam by its stiffnesses has not, is the other one."""
+    physical = beam.physical
+    by_stiffness = physical is not None and physical.density is None
+    if plane != "chordwise" and by_stiffness and physical and physical.flap_stiffness is None:
+        text = "no flap_stiffness is given: bending_stiffness is taken in its place"
+        print(f"beamviz: --plane {plane}: {text}", file=sys.stderr)
 
 
 def given_factors(values: dict[str, Any]) -> dict[str, float]:

@@ -5,14 +5,14 @@ A table that is typed or pasted is kept as text until a beam has its rows, so no
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, exceeds_joint_limit
 from beamviz.blade import MAX_STATIONS
-from beamviz.blade_files import CSV, FORMATS, Text, delimited
+from beamviz.blade_files import CSV, FORMATS, Text, delimited, parse_together
 from beamviz.conversions import checked_unit_size
 from beamviz.drawing.text import out_of_range
 from beamviz.errors import InvalidInput
@@ -168,24 +168,33 @@ class Pasted(NamedTuple):
 
     rows: Rows
     left_out: tuple[str, ...] = ()  # what the model leaves out
+    others: Mapping[str, Any] = {}  # SI values beside the stations
+    masses: Rows = ()
+    stretched: float | None = None  # [m] the length of another beam, of which it has fractions
 
 
-def parse_stations(text: str, length: float) -> Pasted:
-    """The stations in a table, or in the text of a file of the field, whose fractions are those of
-    a length. Raises InvalidInput."""
-    file = Text("the file", text)
-    form = next((form for form in FORMATS if form.is_this(file)), CSV)
-    if form is CSV:
-        return Pasted(parse_table(text, STATIONS))
-    data = form.read(file)
-    if data.blade_file is not None:
-        raise InvalidInput(f"this file of {form.name} has no stations: open {data.blade_file}")
+def parse_stations(files: Sequence[Text], length: float) -> Pasted:
+    """The stations in a table, or in the texts of files of the field that are given at once;
+    fractions are those of the length in one of them, else of a given one. Raises InvalidInput."""
+    forms = [next((form for form in FORMATS if form.is_this(file)), CSV) for file in files]
+    if forms == [CSV]:
+        return Pasted(parse_table(files[0].text, STATIONS))
+    data = parse_together(files)
     values = dict(data.values)
+    whole = values.pop("length", None)
     if data.has_fractions:
-        values["stations"] = [length * fraction for fraction in values["stations"]]
+        values["stations"] = [(whole or length) * fraction for fraction in values["stations"]]
     nothing = (None,) * len(values["stations"])
-    columns = (values.get(column.key, nothing) for column in STATIONS)
-    return Pasted(rows_of(zip(*columns, strict=True)), data.left_out)
+    columns = [values.pop(column.key, nothing) for column in STATIONS]
+    bodies = values.pop("masses", ())
+    masses = ((body["mass"], body["position"], *body["inertia"]) for body in bodies)
+    return Pasted(
+        rows=rows_of(zip(*columns, strict=True)),
+        left_out=data.left_out,
+        others=values,
+        masses=rows_of(masses),
+        stretched=length if data.has_fractions and not whole else None,
+    )
 
 
 def parse_table(text: str, columns: Sequence[Column]) -> Rows:
@@ -214,6 +223,12 @@ def parse_table(text: str, columns: Sequence[Column]) -> Rows:
         for row in rows
     ]
     return tuple(tuple(row.get(k, "") for k in range(len(columns))) for row in by_column)
+
+
+def has_only_numbers(file: Text) -> bool:
+    """Whether the first row of a table has no names, but numbers alone."""
+    rows = delimited.rows_of(file)
+    return bool(rows) and all(map(is_number, rows[0].cells))
 
 
 def in_unit(cell: str, size: float) -> str:

@@ -37,7 +37,8 @@ def export(path: str | Path, scene: Scene) -> list[Path]:
 
     .html: one page with film, chart and table that needs no network; .glb: an animated 3D model;
     .csv: the modes, and in a second file, .shapes.csv, the equilibrium and the shapes along the
-    beam (see `csv_tables`); .npz: all of this (see `field_arrays`).
+    beam (see `csv_tables`), or .stations.csv, the section of a beam in SI; .toml: that beam (see
+    `beam_files`); .npz: all of this (see `field_arrays`).
 
     Returns the files written. Raises InvalidInput, Unavailable, and the errors of `solve`; each
     file is complete or untouched.

@@ -84,7 +84,7 @@ class Loci:
         from beamviz.datasets import attributes, loci_dataset
 
         described = attributes(self.beam, self.problem.model, self.units)
-        return loci_dataset(self.over, self.values, self.branches, described)
+        return loci_dataset(self.over, self.values, self.branches, described, self.units)
 
     def events_dataframe(self) -> Any:
         """The events as rows of a pandas.DataFrame."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
+from beamviz.datasets import in_si
 from beamviz.errors import InvalidInput, requires, unknown_keyword
 from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS
@@ -67,11 +68,16 @@ def sweep(
 
 
 def open_sweep(path: str | Path) -> "xarray.Dataset":
-    """The store of a sweep as a Dataset that reads it as it is used."""
+    """The store of a sweep as a Dataset that reads it as it is used; of a beam in SI with its axes
+    in their usual units, as rpm, as further coordinates."""
     with requires("sweep"):
         import xarray
-    stored_plan(Path(path))
-    return xarray.open_dataset(path, engine="zarr")[list(ARRAYS)]
+    plan = stored_plan(Path(path))
+    data = xarray.open_dataset(path, engine="zarr")[list(ARRAYS)]
+    if plan.beam.units is None:
+        return data
+    rows = (in_si(name, values, plan.beam.units) for name, values in plan.axes.items())
+    return data.assign_coords({key: row for each in rows for key, row in each.items()})
 
 
 def open_line(

@@ -11,10 +11,11 @@ import pytest
 from helpers import slow
 from live.axe import load_axe, violations
 from live.browser import READY, Page, by_id, page, says
-from live.offline import Desk, offline
+from live.offline import Desk, local, offline
 from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
+from beamviz.blade_files import Text
 from beamviz.errors import InvalidInput
 from beamviz.explorer.blade_table import (
     STATIONS,
@@ -108,7 +109,7 @@ def test_a_table_is_taken_as_people_have_it(text, cells):
 @pytest.mark.parametrize("kind", ["elastodyn", "bmodes", "hawc2", "flex"])
 def test_a_file_of_the_field_is_taken_as_a_table(kind):
     """Its fractions are those of the length of the beam shown; the twist is in its column."""
-    pasted = parse_stations(getattr(blade_texts, kind)(), blade_texts.BLADE.length)
+    pasted = parse_stations([Text("a", getattr(blade_texts, kind)())], blade_texts.BLADE.length)
     for k, expected in (
         (0, blade_texts.BLADE.stations),
         (1, blade_texts.BLADE.mass),
@@ -290,6 +291,32 @@ def test_a_pasted_table_becomes_the_blade(guest):
     guest.do("blade.paste", TABLE.replace("0.4", "9e9"))
     assert guest.says("must lie in")  # a beam too slender; and the table is kept
     guest.wait(lambda _: "9 × 10⁹" in guest.values["blade.stations"])
+
+
+def told(guest: Visitor, words: str) -> None:
+    """Wait until a note over the page has these words."""
+    guest.wait(lambda _: any(words in one["text"] for one in guest.said))
+
+
+def test_files_are_opened_also_on_a_page_without_a_size():
+    """A main file and the file that it names, at once, say all; alone its fractions are those of
+    the beam before, which is said, and a file that is no blade changes nothing."""
+    blade, main = blade_texts.elastodyn(), blade_texts.elastodyn_main("../sub/blade.dat")
+    expected = Beam.from_si(**blade_texts.KEYWORDS, hub_radius=1.5, rotation_rpm=12.1, pitch=1)
+    with local(Scene()) as guest:
+        state = guest.session.visitor
+        guest.do("blade.file", "notes.dat\nnothing\nto see")
+        told(guest, "looked for columns BlFract")
+        guest.do("blade.file", f"main.dat\n{main}")
+        told(guest, "the stations are in blade.dat")
+        assert state.state.case.units is None
+        guest.do("blade.file", f"main.dat\n{main}\x1cblade.dat\n{blade}")
+        told(guest, "4 stations read")
+        numbers = state.state.case.beam.numbers
+        assert numbers == pytest.approx(expected.numbers, rel=1e-5)
+        guest.do("blade.preset", "nrel-5mw-blade")
+        guest.do("blade.file", f"blade.dat\n{blade}")
+        told(guest, "here of the beam before, 61.5 m")
 
 
 def test_a_station_that_is_added_to_a_uniform_blade_stays():
@@ -508,6 +535,10 @@ PASTE = """(text => {{ const data = new DataTransfer(); data.setData('text', tex
   const cell = {cell}; cell.focus(); cell.dispatchEvent(new ClipboardEvent('paste',
   {{clipboardData: data, bubbles: true, cancelable: true}})) }})({text})"""
 
+DRAG = """(() => {{ const data = new DataTransfer(); data.items.add(new File([{text}], 'a.CSV'));
+  document.body.dispatchEvent(new DragEvent('{kind}', {{dataTransfer: data, bubbles: true,
+  cancelable: true}})); return document.getElementById('drop').hidden }})()"""
+
 
 def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(opened, tmp_path):
     """By keyboard, letters of which are no shortcuts; several cells by paste; a CSV file. Another
@@ -539,6 +570,10 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(opened, tmp_pat
     opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
     opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
     assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
+    for kind, hidden in (("dragover", "false"), ("dragleave", "true"), ("drop", "true")):
+        drag = DRAG.format(kind=kind, text=json.dumps(file.read_text().replace("250", "260")))
+        opened.wait(f"({drag}) === {hidden}")
+    opened.wait(f"{CELLS}[7].value === '260'")
     assert opened.problems == []
 
 

@@ -12,6 +12,7 @@ from beamviz.explorer.features.files import KINDS
 from beamviz.export_formats import EXPORT_FORMATS
 from beamviz.exports import export
 from beamviz.exports.motion_files import SUFFIXES
+from beamviz.presets import PRESETS
 from beamviz.scene import Scene
 
 REFERENCE = (Path(__file__).parents[2] / "assets" / "reference.md").read_text()
@@ -20,7 +21,7 @@ each_format = pytest.mark.parametrize("row", EXPORT_FORMATS.values(), ids=EXPORT
 
 @each_format
 def test_every_format_is_written(row, tmp_path):
-    files = export(tmp_path / f"beam{row.suffix}", Scene())
+    files = export(tmp_path / f"beam{row.suffix}", Scene(PRESETS["tapered-steel-blade"].beam))
     assert sorted(tmp_path.iterdir()) == sorted(files)
     assert all(file.stat().st_size > 100 for file in files)
 

@@ -3,16 +3,18 @@ chart."""
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from html import escape
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade
+from beamviz.blade_files import Text, format_of
 from beamviz.drawing.text import RAISED, Measure, si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
@@ -21,11 +23,13 @@ from beamviz.explorer.blade_table import (
     STATIONS,
     Column,
     Draft,
+    Pasted,
     Rows,
     Wrong,
     beam_of,
     draft_of,
     draft_of_text,
+    has_only_numbers,
     parse_stations,
     sorted_rows,
     text_of,
@@ -43,6 +47,7 @@ from beamviz.explorer.features.real_beam import (
     AS_AT_ROOT,
     BUTTONS,
     MATERIALS,
+    OPEN_FILE,
     STEEL_BEAM,
     RealBeamState,
     in_tables,
@@ -55,11 +60,12 @@ from beamviz.explorer.state import Case, Refused, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.presets import PRESETS, Preset
-from beamviz.si import INEXTENSIBLE, PhysicalBeam
+from beamviz.si import BY_SECTION, INEXTENSIBLE, PhysicalBeam
 from beamviz.tables import plural
 
 TABLES = {"stations": STATIONS, "masses": MASSES}
 PASTE, FILE = "blade.paste", "blade.file"
+BETWEEN_FILES = "\x1c"  # a separator of files, as page.js sends several
 ROOTS = {"clamped": "clamped", "hinged": "hinged", "spring": "spring"}
 MOST = 3  # reasons shown
 EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e(-?\d+)")
@@ -117,8 +123,8 @@ class BladePanel(Feature):
             lambda value: self.edit(lambda draft, _: draft._replace(root=str(value))),
             float,
         )
-        on(PASTE, lambda text: self.paste(PASTE, str(text)), str)
-        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
+        on(PASTE, self.paste, str)
+        on(FILE, self.open, str)
         on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
         on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("")))
@@ -143,14 +149,22 @@ class BladePanel(Feature):
 
     # Edits
 
-    def edit(self, change: Callable[[Draft, PhysicalBeam], Draft]) -> None:
-        """Show the beam of changed tables; or keep them as they are typed, with the reasons."""
+    def edit(
+        self,
+        change: Callable[[Draft, PhysicalBeam], Draft],
+        others: Mapping[str, Any] = MappingProxyType({}),
+        start: Beam | None = None,
+    ) -> None:
+        """Show the beam of changed tables; or keep them as they are typed, with the reasons.
+        others: SI values of the beam beside the tables; start: the beam whose tables are changed,
+        in place of one without a size."""
         visitor = self.visitor
         with visitor.lock:
             state = visitor.state
-            physical = physical_of(state)
+            physical = physical_of(state) or (start.physical if start else None)
             if physical is None:
                 return
+            physical = with_values(physical, others)
             try:
                 draft = change(state.slice(BladeState).draft or draft_of(physical), physical)
             except InvalidInput as error:
@@ -162,7 +176,8 @@ class BladePanel(Feature):
             except InvalidInput:
                 beam = None
             if beam is None:
-                visitor.change(partial(with_draft, draft=draft))
+                shown = partial(with_draft, draft=draft)
+                load(visitor, "", lambda beam: beam if beam.physical else start or beam, then=shown)
                 return
             kept = None if has_rows(beam, draft) else draft
             load(visitor, "", lambda _: beam, then=partial(with_draft, draft=kept))
@@ -202,18 +217,38 @@ class BladePanel(Feature):
 
         self.edit(change)
 
-    def paste(self, key: str, text: str) -> None:
+    def paste(self, text: Any) -> None:
         """Take a table from elsewhere; where it is none, say why, and keep its text."""
-        physical = physical_of(self.visitor.state)
         try:
-            pasted = parse_stations(without_powers(text), physical.length if physical else 1.0)
+            self.take([Text("the file", without_powers(str(text)))])
         except InvalidInput as error:
-            refused = Refused(key, text if key == PASTE else "", str(error))
+            refused = Refused(PASTE, str(text), str(error))
             self.visitor.change(lambda state: replace(state, refused=refused))
-            return
-        self.edit(lambda draft, _: draft._replace(stations=sorted_rows(pasted.rows)))
-        left_out = f"; left out: {', '.join(pasted.left_out)}" if pasted.left_out else ""
-        self.page.say(f"{plural(len(pasted.rows), 'station')} read{left_out}")
+
+    def open(self, files: Any) -> None:
+        """Take files that are given at once, each with its name and its contents from line 2 on,
+        also while another panel is shown; where one is no blade, say why."""
+        parts = (file.partition("\n") for file in str(files).split(BETWEEN_FILES))
+        texts = [Text(name, content) for name, _, content in parts]
+        with self.visitor.reporting("The file was not opened"):
+            for file in texts:
+                if len(file.text) > MAX_TOML_BYTES:
+                    raise InvalidInput(f"{file.name}: larger than {MAX_TOML_BYTES} bytes")
+                if not has_only_numbers(file):
+                    format_of(file)  # raises for none
+            self.take(texts)
+
+    def take(self, texts: list[Text]) -> None:
+        """Show the blade of texts from elsewhere. Raises InvalidInput where they are none."""
+        physical = physical_of(self.visitor.state)
+        pasted = parse_stations(texts, physical.length if physical else STEEL_BEAM.values["length"])
+
+        def change(draft: Draft, beam: PhysicalBeam) -> Draft:
+            draft = draft._replace(stations=sorted_rows(pasted.rows))
+            return draft._replace(masses=pasted.masses) if pasted.others else draft
+
+        self.edit(change, pasted.others, start=STEEL_BEAM.beam)
+        self.page.say(said_of(pasted), error=bool(pasted.stretched))
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -224,6 +259,30 @@ class BladePanel(Feature):
         """Show the table of the beam, of the steel beam where its size is not known."""
         beam = STEEL_BEAM.beam
         load(self.visitor, "", lambda old: old if old.physical else beam, then=with_sizes(ALONG))
+
+
+def with_values(physical: PhysicalBeam, others: Mapping[str, Any]) -> PhysicalBeam:
+    """The beam with the hub, speed, pitch and mass at the tip of a file that says all of these."""
+    if not others:
+        return physical
+    given = PhysicalBeam.of({**BY_SECTION, **others})
+    names = ("hub_radius", "rotation_speed", "pitch", "mass")
+    values = {name: getattr(given, name) for name in names}
+    return replace(physical, **values, mass_position=physical.length)
+
+
+def said_of(pasted: Pasted) -> str:
+    """What is said of stations that were read."""
+    text = f"{plural(len(pasted.rows), 'station')} read"
+    if pasted.left_out:
+        text += f"; the model leaves out {', '.join(pasted.left_out)}"
+    if pasted.stretched:
+        text += (
+            f"; they are fractions of the length, here of the beam before,"
+            f" {si_text(pasted.stretched, 'm', 4)}: with the main file opened at once, length, hub"
+            " and speed are those of the blade"
+        )
+    return text
 
 
 def with_draft(state: State, draft: Draft | None) -> State:
@@ -382,9 +441,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong], in_space: b
         '<div id="blade-reasons" role="status"></div>'
         f"<p>{between} Mass of the blade: {si_text(float(whole), 'kg', 4)}.</p>"
         f'<div class="choices">{page.button("add a station", data_do="blade.stations.add")}'
-        '<label class="button" for="blade-file">open a file</label>'
-        '<input type="file" id="blade-file" class="hidden" data-do="blade.file"'
-        f' accept=".csv,.tsv,.txt"></div>{PASTE_BOX}{masses}'
+        f"{OPEN_FILE}</div>{PASTE_BOX}{masses}"
         f'<div class="choices">{page.button("add a mass", data_do="blade.masses.add")}</div>'
         f"{page.select('blade.root', 'root', ROOTS)}{spring}"
         f"{page.group('Vibration', '<span>Vibration</span>', plane)}"

@@ -49,8 +49,11 @@ KINDS = {
     ".csv": ("Modes (CSV)", "A table of frequencies and nodes, for spreadsheets"),
     ".shapes.csv": ("Shapes (CSV)", "Equilibrium, loads and mode shapes along the beam"),
     ".npz": ("Numbers (NPZ)", "All of these, for Python"),
+    ".toml": ("Beam (TOML)", "A beam in SI units, which the command line and Python read"),
+    ".stations.csv": ("Stations (CSV)", "The section along a beam in SI units"),
     ".dat": ("Mode shapes (DAT)", "As polynomials, for an ElastoDyn blade file"),
 }
+MORE = (".webp", ".glb", ".shapes.csv", ".npz", ".toml", ".stations.csv", ".dat")  # in a fold
 
 
 @dataclass(eq=False)
@@ -249,30 +252,50 @@ def progress_content(*, busy: bool, note: str, done: float) -> Content:
 
 
 def export_tab() -> str:
-    """Buttons for all file formats, and for scene files."""
+    """Buttons for all file formats, those for few readers in a fold, and for scene files."""
     length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
-    files = ""
-    for suffix, (name, text) in KINDS.items():
-        missing = suffix == ".mp4" and find_spec("av") is None
-        text = "Needs the package PyAV (pip install av)" if missing else text
-        export_button = page.button(name, data_do="export", data_value=suffix, disabled=missing)
-        files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
     charts = "".join(
         page.button(name, data_do="export_chart", data_value=key)
         for key, name in CHART_KINDS.items()
     )
-    files += f'<div class="file"><span class="row">{charts}</span>'
-    files += '<span class="soft">The frequency chart: two pictures, its numbers</span></div>'
-    return (
-        f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
-        f'<span class="soft">The scene as you see it</span></div>{files}'
-        f'<div class="file">{page.button("Save the scene", data_do="save")}'
-        '<span class="soft">All settings, as a small text file (TOML)</span></div>'
-        '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
+    load = (
+        '<label class="button" for="scene-file">Load a scene</label>'
         '<input type="file" id="scene-file" class="hidden" data-do="load" accept=".toml">'
-        '<span class="soft">A file from Save the scene</span></div>'
-        f'<div class="file">{length}</div></div>'
+    )
+    first = (
+        file_entry(page.button("Picture (PNG)", id="save-picture"), "The scene as you see it"),
+        *(export_entry(suffix) for suffix in KINDS if suffix not in MORE),
+        file_entry(
+            f'<span class="row">{charts}</span>', "The frequency chart: two pictures, its numbers"
+        ),
+        file_entry(
+            page.button("Save the scene", data_do="save"),
+            "All settings, as a small text file (TOML)",
+        ),
+        file_entry(load, "A file from Save the scene"),
+        f'<div class="file">{length}</div>',
+    )
+    more = "".join(export_entry(suffix) for suffix in MORE)
+    return (
+        f'<div class="files">{"".join(first)}</div>'
+        '<details class="more-files"><summary>More formats</summary>'
+        f'<div class="files">{more}</div></details>'
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'
         '<progress id="export-progress" aria-label="Progress of the export"></progress>'
         f"{page.button('Cancel', data_do='cancel_export')}</div>"
+    )
+
+
+def file_entry(control: str, text: str) -> str:
+    """A control that writes or reads a file, and what for."""
+    return f'<div class="file">{control}<span class="soft">{escape(text)}</span></div>'
+
+
+def export_entry(suffix: str) -> str:
+    """The button that exports the scene in a format."""
+    name, text = KINDS[suffix]
+    missing = suffix == ".mp4" and find_spec("av") is None
+    text = "Needs the package PyAV (pip install av)" if missing else text
+    return file_entry(
+        page.button(name, data_do="export", data_value=suffix, disabled=missing), text
     )

@@ -549,6 +549,12 @@ BUTTONS = "".join(
     f"{page.options(BLADE_TITLES)}</select>"
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")
+# It takes any file, as blade files have all kinds of suffixes, and two at once: a main file and
+# the file of sections that it names.
+OPEN_FILE = (
+    '<label class="button" for="blade-file">open a blade file</label>'
+    '<input type="file" id="blade-file" class="hidden" data-do="blade.file" multiple>'
+)
 AS_AT_ROOT = page.button("uniform, as at the root", data_do="blade.uniform")
 
 
@@ -562,7 +568,7 @@ def invitation(beam: Beam) -> str:
         f"<details{own}><summary>Real beam (m, kg, rpm, Hz)</summary>"
         f"{'' if beam.is_uniform else structure}"
         "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
-        f'<div class="choices">{BUTTONS}{OWN_BLADE}</div>'
+        f'<div class="choices">{BUTTONS}{OWN_BLADE}{OPEN_FILE}</div>'
         "</details>"
     )
 
@@ -591,7 +597,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     field = partial(number_field, beam=beam, refused=refused)
     return (
         '<details class="real" open><summary>Real beam</summary>'
-        f'<div class="choices">{BUTTONS}{OWN_BLADE}'
+        f'<div class="choices">{BUTTONS}{OWN_BLADE}{OPEN_FILE}'
         f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
         f"{''.join(map(field, SECTIONS[kind].sizes))}"

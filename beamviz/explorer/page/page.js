@@ -522,7 +522,7 @@ const beamviz = (() => {
   /** @param {Event} event */
   function onInput(event) {
     const e = targetOf(event), key = e.dataset?.set;
-    if (e.type === "file" && event.type === "change") load(e);
+    if (e.type === "file" && event.type === "change") load(e, [...(e.files ?? [])]);
     const table = e.matches?.(".cell") ? e.closest("table") : null;
     if (table && event.type === "change") sendAs(table.dataset.set, textOf(table));
     e.unsent = event.type === "input" && isTyped(e) && !e.matches("select");
@@ -571,13 +571,34 @@ const beamviz = (() => {
   }
 
   /**
-   * Sends a scene file as its name and its text, up to just above the limit of the server.
+   * Sends the files that were chosen, each as its name and its text, up to just above the limit of the
+   * server.
    * @param {Part} e
+   * @param {File[]} files
    */
-  async function load(e) {
-    const [file] = e.files ?? [];
-    if (file) sendAs(e.dataset.do, `${file.name}\n${await file.slice(0, 64001).text()}`);
+  async function load(e, files) {
+    const texts = files.slice(0, 3).map(async (file) => `${file.name}\n${await file.slice(0, 64001).text()}`);
+    const text = (await Promise.all(texts)).join("\x1c");
+    if (text.length > 120000) say("These files are too large for the page", true);
+    else if (text) sendAs(e.dataset.do, text);
     e.value = "";
+  }
+
+  /**
+   * Files dropped anywhere are those of the field for files that takes them by their suffix, else of
+   * that which takes any; until then the page says that it does.
+   * @param {DragEvent} event
+   */
+  function onDrag(event) {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault(); // else the browser opens the file in place of the page
+    const leaves = event.type === "dragleave" && event.relatedTarget === null;
+    byId("drop").hidden = leaves || event.type === "drop";
+    if (event.type !== "drop") return;
+    const files = [...event.dataTransfer.files], fields = all("input[type=file]");
+    const takes = (/** @type {Part} */ e) => e.accept && files.every((file) => file.name.toLowerCase().endsWith(e.accept));
+    const field = fields.find(takes) ?? fields.find((e) => !e.accept);
+    if (field && files.length) load(field, files);
   }
 
   /** @param {Event} event the end of a press; one that is cancelled has scrolled the page */
@@ -684,6 +705,7 @@ const beamviz = (() => {
       else if (acting && !e.closest("input, select, label")) press(acting);
     });
     document.addEventListener("paste", onPaste);
+    for (const kind of /** @type {const} */ (["dragenter", "dragover", "dragleave", "drop"])) document.addEventListener(kind, onDrag);
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => {
       held = targetOf(event).closest(ALL);
