@@ -35,7 +35,7 @@ PER_REV_HELP = (
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
-INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
+INSET = "loci-inset"  # id of the place of an inset over the chart: see veering_inset.py
 LISTS = "loci-resonances", "loci-events"
 CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
@@ -71,7 +71,7 @@ class LociTab(Feature):
         1,
         "The frequencies over a number of the beam: drag its line, press a crossing to go there",
         page.chart_tab(
-            tools(), "loci-chart", *LISTS, hidden=False, over='<div id="loci-inset"></div>'
+            tools(), "loci-chart", *LISTS, hidden=False, over=f'<div id="{INSET}"></div>'
         ),
         (SOLUTION, CHART),
         view="chart",
