@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import NUMBERS, PARAMETERS, Beam, from_record
+from beamviz.beam import NUMBERS, Beam, from_record
+from beamviz.chart_ranges import CHART_AXES
 from beamviz.checks import check_choice, check_float, check_floats, check_int, check_positive
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys, errors_of_file, parse_toml, read_small
@@ -219,7 +220,7 @@ class Scene:
         if self.second:
             parse_keywords(**options | self.second.options)
         object.__setattr__(self, "options", options)
-        check_choice("over", self.over, PARAMETERS)
+        check_choice("over", self.over, CHART_AXES)
         object.__setattr__(self, "per_rev", check_per_rev(self.per_rev))
 
     @classmethod

@@ -186,6 +186,9 @@ def usual_measure(number: str, units: Units | None) -> Measured | None:
     return next((Measured(scale, of) for scale, of in sizes if of is not None), None)
 
 
+ANGLES = ("pitch", "twist")  # numbers of a beam in degrees
+
+
 class DisplayUnit(NamedTuple):
     """A unit to show values in: `factor` is the value in it of a dimensionless 1."""
 
@@ -195,7 +198,9 @@ class DisplayUnit(NamedTuple):
 
 def display_unit(number: str, units: Units | None) -> DisplayUnit | None:
     """The unit that a number of a beam, its "frequency" or a "time" is shown in, on pages and in
-    charts; None without one."""
+    charts; None without one. Angles are in degrees in any case."""
+    if number in ANGLES:
+        return DisplayUnit("deg", 1.0)
     if units is None:
         return None
     if number == "frequency":

@@ -24,7 +24,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("si",),
     ("plausibility", "mass_properties"),
     ("beam",),
-    ("presets",),
+    ("presets", "chart_ranges"),
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
     ("sensitivities",),
     ("dynamics",),
@@ -34,7 +34,6 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("sweeps",),
     ("adjusting",),
     ("plotting",),
-    ("chart_ranges",),
     ("lessons",),
     ("output",),
     ("server",),

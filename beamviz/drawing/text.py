@@ -51,7 +51,7 @@ class Measure(NamedTuple):
         self, low: float, high: float, step: float, limits: tuple[float, float]
     ) -> tuple[float, float, float]:
         """A range and its step as displayed, in round numbers within the limits."""
-        if not self.unit:
+        if not self.unit or self.factor == 1.0:
             return low, high, step
         least, most = (self.factor * limit for limit in limits)
         low, high = (min(max(rounded(self.factor * end), least), most) for end in (low, high))

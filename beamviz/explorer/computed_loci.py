@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
@@ -32,7 +32,6 @@ FAILURES = {
     "not-converged": "The calculation did not converge",
     "not-located": "An event was not located",
 }
-AXES = {name: PARAMETERS[name].short_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
 
 
 @dataclass(frozen=True)
@@ -217,7 +216,13 @@ def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     return records
 
 
-# Data for the page
+# Content of the page
+
+
+def axes_options(case: Case, *ids: str) -> page.Content:
+    """The numbers that the select elements with these ids offer as an axis."""
+    choices = page.options({name: NUMBERS[name].short_label for name in case.axes})
+    return {("html", id): choices for id in ids}
 
 
 def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:

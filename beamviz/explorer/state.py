@@ -15,8 +15,9 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
 from beamviz.blade import Blade, Mass
+from beamviz.chart_ranges import CHART_AXES, chart_axes
 from beamviz.checks import check_float
 from beamviz.errors import InvalidInput
 from beamviz.explorer.declarations import (
@@ -96,6 +97,11 @@ class Case:
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
         return Beam(**self.numbers, **self.structure)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The numbers over which loci of the beam are charted."""
+        return chart_axes(self.options["plane"], is_blade=self.blade is not None)
 
     @property
     def in_range(self) -> bool:
@@ -216,7 +222,7 @@ class State:
 
     # Charts
 
-    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))  # abscissa, also of maps
+    over: str = field(default="gamma", metadata=choice(values=CHART_AXES))  # abscissa, also of maps
     per_rev: tuple[int, ...] = ()  # multiples of the speed in the loci chart
 
     # The second beam
@@ -300,8 +306,14 @@ class State:
         state: State = (
             replace(self, **values) if is_core else self.with_values(choice.record, **values)
         )
+        return state.settled_after(self)
+
+    def settled_after(self, before: "State") -> "State":
+        """After an edit of the state `before`: an axis of charts that the beam has not is as
+        usual, and the parts of features settle what depends on others."""
+        state = self if self.over in self.case.axes else replace(self, over=State.over)
         for record in state.slices.values():
-            state = record.settled(self, state)
+            state = record.settled(before, state)
         return state
 
     def picked(self, choice: Choice[T], value: object) -> "State":
@@ -428,7 +440,8 @@ class State:
             return self
         kept = fitted.keep_for_comparison() if name in TERMS else fitted
         state = replace(kept, case=case).after("case")
-        return (state if name == "gamma" else state.after("structure")).with_mass_kept()
+        state = state if name == "gamma" else state.after("structure")
+        return state.with_mass_kept().settled_after(self)
 
     def with_body_at(self, body: int, beta: float) -> "State":
         """With a body of `Beam.masses` moved."""

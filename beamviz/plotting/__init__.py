@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
-from beamviz.units import SCALES, Units, display_unit, gap_number, place_number
+from beamviz.units import ANGLES, SCALES, Units, display_unit, gap_number, place_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +36,7 @@ CENTRED: Any = {"ha": "center", "va": "center"}
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
 RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}
 QUANTITIES = {"frequency": "frequency"} | {scale.number: scale.quantity for scale in SCALES}
+QUANTITIES |= {name: f"{name} of the section" for name in ANGLES}
 UNDATED: Any = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 

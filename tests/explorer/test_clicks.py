@@ -40,7 +40,7 @@ JOBS = {
         f"{ROWS} >= 5 && {says('twice the mass')} && {says('%')}",
     ),
     "veering with Coriolis forces, shapes in view": (
-        [button("veering")],
+        ["document.querySelector('#status [data-set=coriolis]')", button("veering")],
         f"{SHAPES}.length === 6 && {SHAPES}.every({SEEN}) && {says('mixed')}",
     ),
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": (

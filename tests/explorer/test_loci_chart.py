@@ -11,8 +11,8 @@ from helpers import traced_memory
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
-from beamviz.chart_ranges import CHART_POINTS, chart_range
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
+from beamviz.chart_ranges import CHART_AXES, CHART_POINTS, chart_range
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import frequencies, measure
 from beamviz.explorer import page
@@ -49,11 +49,11 @@ def loci_of(chart: Chart) -> Loci:
 
 
 @given(
-    st.fixed_dictionaries({name: st.floats(*PARAMETERS[name].limits) for name in PARAMETERS}),
-    st.sampled_from(list(PARAMETERS)),
+    st.fixed_dictionaries({name: st.floats(*NUMBERS[name].limits) for name in CHART_AXES}),
+    st.sampled_from(CHART_AXES),
 )
 def test_every_axis_contains_the_beam_and_ends_at_valid_beams(numbers, over):
-    """For any five numbers, over each of them."""
+    """For any numbers, over each of them."""
     numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
     beam = Beam(**numbers)
     start, stop = chart_range(beam, over)
@@ -69,6 +69,9 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
     assert chart_range(TIP.replace(delta=-0.5), "delta") == (-1, 1)
+    pitches = (-80, (-90, 90)), (0, (0, 90)), (90, (0, 90)), (100, (0, 180))
+    assert all(chart_range(Beam(pitch=pitch), "pitch") == ends for pitch, ends in pitches)
+    assert chart_range(Beam(flap=0.02), "flap") == (0.0125, 2)
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 

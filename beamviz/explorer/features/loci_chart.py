@@ -1,4 +1,4 @@
-"""The tab Frequencies: the Campbell diagram along one of the five numbers, with lists of events."""
+"""The tab Frequencies: the Campbell diagram along one of the numbers, with lists of events."""
 
 import contextlib
 from collections.abc import Mapping
@@ -9,11 +9,11 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import (
-    AXES,
     FAILURES,
     Chart,
     ChartRequest,
     axes_data,
+    axes_options,
     chart_data,
     cursor,
 )
@@ -35,7 +35,7 @@ PER_REV_HELP = (
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
-INSET = "loci-inset"  # id of the place of an inset over the chart: see veering_inset.py
+INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
 LISTS = "loci-resonances", "loci-events"
 CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
@@ -60,7 +60,7 @@ def tools() -> str:
         '<div id="chart-file-work" class="row" hidden><span id="chart-file-state"></span>'
         f"{page.button('Cancel', data_do='cancel_export')}</div>"
     )
-    return page.select("over", "horizontal axis", AXES) + lines + files
+    return page.select("over", "horizontal axis", (), id="loci-over") + lines + files
 
 
 class LociTab(Feature):
@@ -71,7 +71,7 @@ class LociTab(Feature):
         1,
         "The frequencies over a number of the beam: drag its line, press a crossing to go there",
         page.chart_tab(
-            tools(), "loci-chart", *LISTS, hidden=False, over=f'<div id="{INSET}"></div>'
+            tools(), "loci-chart", *LISTS, hidden=False, over='<div id="loci-inset"></div>'
         ),
         (SOLUTION, CHART),
         view="chart",
@@ -111,6 +111,7 @@ class LociTab(Feature):
         answer = snapshot.job_answer(CHART)
         return (
             chart_content(answer, second_chart(snapshot), snapshot.state.per_rev)
+            | axes_options(snapshot.state.case, "loci-over")
             | cursor_content(answer, snapshot.entered_beam)
             | fading(snapshot, [CHART], "loci-chart", *LISTS)
             | waiting(snapshot, "loci-chart-wait", self.tab)

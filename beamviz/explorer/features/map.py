@@ -11,14 +11,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
-from beamviz.chart_ranges import chart_range
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
+from beamviz.chart_ranges import CHART_AXES, chart_range
 from beamviz.checks import check_float, check_int
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.computed_loci import AXES
+from beamviz.explorer.computed_loci import axes_options
 from beamviz.explorer.declarations import Key, Tab, choice, name_key
 from beamviz.explorer.feature import Feature, fading, waiting
 from beamviz.explorer.jobs import Answer
@@ -117,8 +117,8 @@ class BeamMap:
 JOB = "map"
 SHOWN = "map-chart", "map-text"  # ids of the map and of the text beside it
 TOOLS = page.select("mapped", "colour", QUANTITIES)
-TOOLS += page.select("over", "horizontal axis", AXES, id="map-over")
-TOOLS += page.select("across", "vertical axis", AXES)
+TOOLS += page.select("over", "horizontal axis", (), id="map-over")
+TOOLS += page.select("across", "vertical axis", (), id="map-across")
 
 
 def read_mapped(value: Any) -> str | int:
@@ -138,7 +138,7 @@ class MapState(Slice):
 
     # The ordinate.
     across: str = field(
-        default="alpha", metadata=choice(values=PARAMETERS, key=name_key("across", PARAMETERS))
+        default="alpha", metadata=choice(values=CHART_AXES, key=name_key("across", CHART_AXES))
     )
     # A mode or the gap.
     mapped: str | int = field(
@@ -151,13 +151,18 @@ class MapState(Slice):
     )
 
     def settled(self, before: State, state: State) -> State:
-        """A number that is chosen for both axes takes the place of the other one."""
+        """A number that is chosen for both axes takes the place of the other one; in place of one
+        that the beam has no chart over comes a usual one."""
+        axes, present = state.case.axes, before.slice(MapState).across
+        if self.across not in axes:
+            free = MapState.across if state.over != MapState.across else State.over
+            return state.with_values(MapState, across=free)
         if state.over != self.across:
             return state
-        present = before.slice(MapState).across
         if present != self.across:
             return replace(state, over=present)
-        return state.with_values(MapState, across=before.over)
+        other = before.over if before.over in axes else MapState.across
+        return state.with_values(MapState, across=other)
 
 
 class MapTab(Feature):
@@ -205,6 +210,7 @@ class MapTab(Feature):
         answer = snapshot.job_answer(JOB)
         return (
             map_content(answer, snapshot.state.slice(MapState).mapped)
+            | axes_options(snapshot.state.case, "map-over", "map-across")
             | place_content(answer, snapshot.entered_beam)
             | fading(snapshot, [JOB], *SHOWN)
             | waiting(snapshot, "map-chart-wait", self.tab)

@@ -12,7 +12,7 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_loci import LocusLine
 from beamviz.explorer.computed_veering import LociPair, Pairs
 from beamviz.explorer.feature import Feature
-from beamviz.explorer.features.loci_chart import CHART, INSET, LociTab, current_chart
+from beamviz.explorer.features.loci_chart import CHART, LociTab, current_chart
 from beamviz.explorer.features.veering import JOB, VeeringAnswer, VeeringTab, ends_of, in_percent
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -21,6 +21,7 @@ from beamviz.frequency_loci import Event
 WIDTH, TALL = 170, 84  # [px] of the drawing
 POINTS = 61  # of each of its lines
 Placing = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # value, frequency
+INSET = "loci-inset"  # id of its place in the tab Frequencies
 
 
 class VeeringInset(Feature):

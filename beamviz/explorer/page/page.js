@@ -311,7 +311,7 @@ const beamviz = (() => {
     const template = document.createElement("template");
     template.innerHTML = html;
     morph(e, template.content);
-    for (const one of all(ALL, e)) {
+    for (const one of [e, ...all(ALL, e)]) {
       const key = one.dataset.set ?? "";
       if (props[key]) setProps(one, props[key]);
       if (key in values) showValue(one, values[key], true);
