@@ -48,7 +48,7 @@ def test_a_visitor_gets_the_table_and_the_scene(guest):
     for mode in range(5):
         assert frequency_text(PAPER, mode) in guest.text
     assert "Stable equilibrium" in guest.text
-    assert "Drag the mass along" in guest.texts["scene-caption"]
+    assert "Drag the orange ball at the tip" in guest.texts["scene-caption"]
     assert BEAM in guest.nodes
     hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
     assert len(hints) == len(NUMBERS)
@@ -70,10 +70,10 @@ def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
     guest.says("spin softening off: method ancf takes no switched-off term")
 
 
-def test_without_a_mass_the_line_of_the_speed_is_dragged_and_a_mass_can_be_added():
-    """Of alpha 1, as there was none; the caption names what there is to drag."""
+def test_without_a_mass_one_can_be_added():
+    """Of alpha 1, as there was none; the caption names what there is to drag then."""
     with explorer(Scene(Beam(gamma=10))) as url, visitor(url) as guest:
-        guest.wait(lambda _: "Drag the line of the speed" in guest.texts["scene-caption"])
+        guest.wait(lambda _: "Drag the orange ball at the tip" in guest.texts["scene-caption"])
         guest.choose("mass", True)
         guest.shows(Beam(alpha=1, gamma=10))
 
