@@ -259,6 +259,7 @@ def measured_strip(free: str, low: float, high: float) -> list[float]:
     hertz = [float(text) for text in MEASURED_STRIP.split()]
     measured = {"mode": ["B1", "B2", "B3"], "hertz": hertz, "error": [0.01 * f for f in hertz]}
     fitted = adjust(strip, {free: (low, high)}, measured=measured).beam
+    assert fitted.units is not None
     return [fitted.units.hertz(omega) for omega in frequencies(fitted, 3)]
 
 

@@ -131,5 +131,7 @@ def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, 
             raise InvalidInput(f"{shown}: a motion in time has no such option")
     if "coriolis" in given and not options["coriolis"]:
         raise InvalidInput("--no-coriolis: a motion in time always has Coriolis forces")
+    if "coriolis_factor" in given:
+        raise InvalidInput("--coriolis-factor: a motion in time has the whole of Coriolis forces")
     kept = {name: options[name] for name in ("method", "strain", "curvature", "state", "elements")}
     return kept | ({"tolerance": options["tolerance"]} if "tolerance" in given else {})

@@ -107,16 +107,33 @@ OVER = keyword(
     "over", Literal[(*NUMBERS, *BY_NAME)], option(OVER_HELP, metavar=OVER_FORM), None
 ).annotation
 MODEL_KEYWORDS = [solver_keyword(name) for name in OPTIONS if name != "modes"]
+# The options that give a factor in place of an option that is on or off, with the name of that.
+FACTORS = {f"{name}_factor": name for name, entry in OPTIONS.items() if entry.partial}
+FACTOR_KEYWORDS = [
+    keyword(
+        name,
+        float | None,
+        number(
+            f"A part of the {OPTIONS[switch].feature}, 0 .. 1, as a thought experiment: 1 is"
+            f" --{switch}, 0 is --no-{switch}.",
+            panel="Model",
+        ),
+        None,
+    )
+    for name, switch in FACTORS.items()
+]
 BEAM_KEYWORDS = [
     *map(beam_keyword, NUMBERS),
     keyword("si", Path | None, option(FILE_HELP, metavar="FILE.toml|csv", panel="Beam"), None),
     *MODEL_KEYWORDS,
+    *FACTOR_KEYWORDS,
 ]
 
 
 def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of `solve` that describe its model."""
     options = {entry.name: values[entry.name] for entry in MODEL_KEYWORDS}
+    options |= given_factors(values)
     given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
@@ -145,6 +162,20 @@ def note_plane(beam: Beam, plane: str) -> None:
     if plane != "chordwise" and by_stiffness and physical and physical.flap_stiffness is None:
         text = "no flap_stiffness is given: bending_stiffness is taken in its place"
         print(f"beamviz: --plane {plane}: {text}", file=sys.stderr)
+
+
+def given_factors(values: dict[str, Any]) -> dict[str, float]:
+    """The factors that are given, each by the option of `solve` that it is a value of. Raises
+    InvalidInput for one out of range, and for one beside an option that is switched on."""
+    factors = {}
+    for name, switch in FACTORS.items():
+        if values.get(name) is None:
+            continue
+        option = f"--{name.replace('_', '-')}"
+        factors[switch] = check_float(option, values[name], 0.0, 1.0)
+        if values[switch]:
+            raise InvalidInput(f"{option} {values[name]} and --{switch} exclude each other")
+    return factors
 
 
 def lesson_names(begun: str) -> list[str]:
@@ -179,7 +210,7 @@ def scene_from_options(
     from beamviz.scene import START, Scene
 
     mode, dark = values.pop("mode"), values.pop("dark")
-    beam, _ = beam_and_model(**values)  # also rejects --si beside one of the numbers
+    beam, options = beam_and_model(**values)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
         raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
@@ -191,8 +222,9 @@ def scene_from_options(
         start = Scene.from_toml(file) if file else Scene()
     if si := values.pop("si"):
         start = replace(start, beam=beam)
-    values |= {"mode": mode, "dark": dark}
-    given = {name: values[name] for name in given_options(context) if name in values}
+    values |= {**options, "mode": mode, "dark": dark}
+    names = (FACTORS.get(name, name) for name in given_options(context))
+    given = {name: values[name] for name in names if name in values}
     if context.command.name == "serve" and not (file or lesson or si or given):
         return START
     return start.changed(**given)

@@ -147,7 +147,7 @@ class Problem:
         False,
         "Coriolis forces, which the paper leaves out. They couple stretching and chordwise"
         " bending, and do not act out of the plane of rotation. In Python and files also a factor"
-        " of them from 0 to 1.",
+        " of them from 0 to 1, a thought experiment: no real beam has a part of them.",
         feature="Coriolis forces",
         partial=True,
     )
@@ -346,7 +346,8 @@ class Option:
             return factor if 0 < factor < 1 else bool(factor)
         if self.kind is bool:
             if not isinstance(value, bool | np.bool_):
-                raise InvalidInput(f"{self.name} = {value!r}: must be True or False")
+                values = "True, False or a factor 0 .. 1" if self.partial else "True or False"
+                raise InvalidInput(f"{self.name} = {value!r}: must be {values}")
             return bool(value)
         if self.limits is None:  # depends on the method; see Problem.resolution
             return value

@@ -53,6 +53,26 @@ def test_modes_as_json(run):
     assert data["modes"][2].keys() == {"family", "error", "bending_fraction", "nodes"}
 
 
+def test_a_factor_of_the_coriolis_forces(run):
+    """A number in JSON between the two switches, a truth value at its ends; out of range or beside
+    the switch it is an error, and so with a motion, which has the whole of them."""
+    first = []
+    for given, told in (("0", False), ("0.3", 0.3), ("1", True)):
+        code, out, _ = run("modes", *PAPER, "--coriolis-factor", given, "--format", "json")
+        data = strict(out)
+        assert (code, data["model"]["coriolis"]) == (0, told)
+        first.append(data["modes"][0]["frequency"])
+    assert first == sorted(first, reverse=True)
+    for command, words, message in (
+        ("modes", ("1.5",), "--coriolis-factor = 1.5: must lie in 0 .. 1"),
+        ("modes", ("0.3", "--coriolis"), "--coriolis-factor 0.3 and --coriolis exclude each other"),
+        ("motion", ("0.3", "--until", "1"), "--coriolis-factor: a motion in time has the whole"),
+    ):
+        code, _, err = run(command, "--coriolis-factor", *words)
+        assert code == 2
+        assert message in err
+
+
 @pytest.mark.parametrize(("first", "shown"), [(1.0, 0.25), (40.0, 40.0)])
 def test_the_time_of_modes_is_without_the_first_imports(run, monkeypatch, first, shown):
     """That of a second solve, unless the first has taken so long that they hardly count."""
@@ -253,6 +273,7 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
         "--no-open": START,
         "--alpha 0": Scene(),
         "--mode 3": Scene.of(mode=3),
+        "--coriolis-factor 0.3": Scene.of(coriolis=0.3),
     }
     assert {run("serve", *options.split())[0] for options in expected} == {0}
     assert scenes == list(expected.values())

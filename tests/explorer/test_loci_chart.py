@@ -11,14 +11,21 @@ from helpers import traced_memory
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
-from beamviz.chart_ranges import CHART_POINTS, chart_range
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
+from beamviz.chart_ranges import CHART_AXES, CHART_POINTS, chart_range
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import frequencies, measure
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import Chart, ChartRequest, chart_data
+from beamviz.explorer.computed_veering import (
+    LociPair,
+    ModeShape,
+    VeeringRequest,
+    X,
+    mode_shape,
+    uncoupled,
+)
 from beamviz.explorer.features import loci_chart, veering
-from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.events import EVENT_KINDS
@@ -42,11 +49,11 @@ def loci_of(chart: Chart) -> Loci:
 
 
 @given(
-    st.fixed_dictionaries({name: st.floats(*PARAMETERS[name].limits) for name in PARAMETERS}),
-    st.sampled_from(list(PARAMETERS)),
+    st.fixed_dictionaries({name: st.floats(*NUMBERS[name].limits) for name in CHART_AXES}),
+    st.sampled_from(CHART_AXES),
 )
 def test_every_axis_contains_the_beam_and_ends_at_valid_beams(numbers, over):
-    """For any five numbers, over each of them."""
+    """For any numbers, over each of them."""
     numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
     beam = Beam(**numbers)
     start, stop = chart_range(beam, over)
@@ -62,9 +69,9 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
     assert chart_range(TIP.replace(delta=-0.5), "delta") == (-1, 1)
-    assert chart_range(TIP.replace(pitch=90), "pitch") == (0, 90)
-    assert chart_range(TIP.replace(pitch=-10), "pitch") == (-90, 90)
-    assert chart_range(TIP.replace(flap=0.01), "flap") == (0.00625, 2)
+    pitches = (-80, (-90, 90)), (0, (0, 90)), (90, (0, 90)), (100, (0, 180))
+    assert all(chart_range(Beam(pitch=pitch), "pitch") == ends for pitch, ends in pitches)
+    assert chart_range(Beam(flap=0.02), "flap") == (0.0125, 2)
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
@@ -279,7 +286,8 @@ def pairs(tip) -> tuple[LociPair, LociPair]:
 
 def request(chart: Chart, number: int) -> VeeringRequest:
     """The request for a crossing or a veering of a chart."""
-    return VeeringRequest(chart.request, list(chart.pairs.values())[number])
+    on = replace(chart.request, options=chart.request.options | {"coriolis": True})
+    return VeeringRequest(on, list(chart.pairs.values())[number])
 
 
 def test_buckling_is_no_veering():
@@ -317,11 +325,11 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
     for before, at, after in on.shapes:
         assert abs(after.bending_fraction - before.bending_fraction) > 0.8
         assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
-    measures = request(tip, 0).chart.measures
-    assert "exchange their shapes" in veering.sentence(on, *measures)
-    assert "uncoupled (gap 0)" in veering.sentence(off, *measures)
-    assert "S1/B3 mixed 50:50" in veering.shape_table(on, "")
-    assert "mixed" not in veering.shape_table(off, "")
+    asked = request(tip, 0)
+    assert "exchange their shapes" in veering.sentence(on, asked)
+    assert "uncoupled (gap 0)" in veering.sentence(off, asked)
+    assert "S1/B3 mixed 50:50" in veering.shape_table((on,), asked)
+    assert "mixed" not in veering.shape_table((off,), asked)
 
 
 def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
@@ -339,7 +347,7 @@ def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
     found = loci_of(tip)
     assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
     branch = replace(found.branches[0], mode_index=np.full(len(found.values), -1))
-    assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
+    assert np.isnan(mode_shape(branch, 0).displacement).all()
 
 
 def test_the_view_of_an_event_near_the_start_of_a_chart_is_a_part_of_it():
@@ -354,18 +362,18 @@ def test_the_view_of_an_event_near_the_start_of_a_chart_is_a_part_of_it():
 def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     """Dashed without Coriolis forces; the gap as a vertical line of its length; the crossing. S1
     and B2, which cross at 16.32, stay too far apart with Coriolis forces for a veering."""
-    data = veering.pairs_data(pairs, request(tip, 0).chart)
+    data = veering.pairs_data(pairs, request(tip, 0))
     styles = [{run[2].split()[-1] for run in line["runs"]} for line in data["lines"]]
     assert styles == [{"dashed"}, {"dashed"}, {"thick"}, {"thick"}, {"measure"}]
     assert abs(np.diff(data["lines"][-1]["y"])[0]) == pytest.approx(0.241, abs=1e-3)
-    (crossing,) = data["marks"]
+    (crossing,) = veering.pairs_data(pairs[:1], request(tip, 0))["marks"]
     assert crossing["x"] == pytest.approx(4.4641, abs=1e-4)
     assert len(data["at"]) == len(data["lines"][0]["y"])
     far = request(tip, 1)
     off, on = far.pairs()
     assert (off.event.kind, on.event) == ("crossing", None)
-    assert "the gap is too large for a veering" in veering.sentence(on, *far.chart.measures)
-    lines = veering.pairs_data((off, on), far.chart)["lines"]
+    assert "the gap is too large for a veering" in veering.sentence(on, far)
+    lines = veering.pairs_data((off, on), far)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
 
 
@@ -373,24 +381,92 @@ def test_the_shapes_beside_a_veering_have_both_planes():
     """Flap and lag as lines of their own; a mode that is missing at a value is a dash."""
     beam = Beam(flap=0.25, pitch=3, gamma=5)
     found = loci(beam, "gamma", [0.0, 5.0], plane="both", modes=3)
-    shape = veering.mode_shape(found["L1"], 0)
-    drawn = veering.drawing(veering.mode_shape(found["L1"], 1, shape))
+    shape = mode_shape(found["L1"], 0)
+    drawn = veering.drawing(mode_shape(found["L1"], 1, shape))
     assert all(f'class="{name}"' in drawn for name in ("stretching", "lag", "flap"))
     assert drawn.endswith("F1")  # beyond the veering
     assert re.search(r'<polyline[^>]*class="flap"[^>]*stroke-width="2.5"', drawn), drawn
-    missing = veering.ModeShape(np.full((len(veering.X), 1), np.nan), np.nan, "")
+    missing = ModeShape(np.full((len(X), 1), np.nan), np.nan, "")
     assert veering.drawing(missing) == "–"
-    assert veering.mode_shape(found["L1"], 1, missing).displacement.shape == (len(veering.X), 3)
+    assert mode_shape(found["L1"], 1, missing).displacement.shape == (len(X), 3)
 
 
 def test_flap_and_lag_exchange_their_shapes_where_they_veer():
-    """In a chart of both planes, whose lines have the colours of flap and lag."""
+    """In a chart of both planes, whose lines have the colours of flap and lag: they cross without a
+    pitch, which is what couples them."""
     beam = Beam(flap=0.25, pitch=3)
-    request = ChartRequest(beam, "gamma", 0.0, 10.0, {"plane": "both"})
-    chart = request.chart()
-    styles = {style for line in chart.lines for *_, style, _ in line.runs}
+    asked = ChartRequest(beam, "gamma", 0.0, 10.0, {"plane": "both", "coriolis": False})
+    chart = uncoupled(asked).chart()
+    styles = {style for line in asked.chart().lines for *_, style, _ in line.runs}
     assert {"flap", "lag"} <= styles
-    event = next(e for e in chart.located if e.kind == "veering" and {*e.branches} == {"F1", "L1"})
-    off, _ = pairs = VeeringRequest(request, event).pairs()
+    event = next(e for e in chart.pairs.values() if {*e.branches} == {"F1", "L1"})
+    around = VeeringRequest(asked, event)
+    off, on = pairs = around.pairs()
+    assert (around.kind, off.event.kind, on.event.kind) == ("pitch", "crossing", "veering")
     assert all(np.isfinite(s.displacement).all() for p in pairs for row in p.shapes for s in row)
-    assert "exchange their shapes" in veering.sentence(off, *request.measures)
+    assert "exchange their shapes" in veering.sentence(on, around)
+    before, _, after = (veering.parts_of(shape, around) for shape in on.shapes[0])
+    assert {*before} == {"flap", "lag"}
+    assert abs(after["lag"] - before["lag"]) > 0.8
+
+
+def test_the_gap_opens_with_the_coupling_in_one_view(tip):
+    """In proportion to it while it is small; the range of the axes stays, so that it is seen to."""
+    whole = request(tip, 0)
+    gaps, views = [], []
+    for factor in (0.0, 0.1, 0.2, 1.0):
+        options = whole.chart.options | {"coriolis": factor}
+        pairs = replace(whole, chart=replace(whole.chart, options=options)).pairs()
+        low, high = pairs[-1].gap
+        gaps.append(high - low)
+        views.append([pairs[0].values[0], pairs[0].values[-1]])
+    assert gaps[0] == pytest.approx(0, abs=2e-3)  # beside the crossing, where shapes are unique
+    assert gaps[2] == pytest.approx(2 * gaps[1], rel=0.01)
+    assert gaps[3] == pytest.approx(0.241, abs=1e-3)
+    np.testing.assert_allclose(views, [views[0]] * 4, rtol=1e-6)
+
+
+def test_a_model_without_coriolis_forces_has_a_crossing_alone(tip):
+    """Out of the plane of rotation nothing couples."""
+    options = tip.request.options | {"plane": "flapwise"}
+    asked = replace(tip.request, options=options)
+    event = next(iter(asked.chart().pairs.values()))
+    (alone,) = VeeringRequest(asked, event).pairs()
+    assert alone.event.kind == "crossing"
+
+
+def test_the_inset_of_the_chart_at_an_event(guest):
+    """It says the gap, opens the view, and leaves when the beam does."""
+    guest.edit(alpha=1.0, beta=1.0, coriolis=True)
+    guest.wait(lambda _: "B3 S1 1" in guest.texts["loci-events"])
+    assert guest.texts["loci-inset"] == ""
+    guest.do("go_to_event", "B3 S1 1")
+    guest.wait(lambda _: "gap 0.241" in guest.texts["loci-inset"])
+    assert 'data-panel="tab-veering"' in guest.texts["loci-inset"]
+    assert guest.props["loci-inset"]["data-side"] == "right"
+    guest.do("gamma", 6.0)
+    guest.wait(lambda _: guest.texts["loci-inset"] == "")
+
+
+def test_the_slider_of_the_coupling_and_the_shapes_of_the_page(guest):
+    """The slider sets the factor of the model, and keeps no beam to compare with; a shape brings
+    its mode into the scene, on its side of the event."""
+    guest.do("alpha", 1.0)
+    guest.do("beta", 1.0)
+    guest.do("tab", "veering")
+    guest.wait(lambda _: guest.charts["veering-chart"].get("lines"))
+    assert guest.props["pitch_here-row"]["hidden"]
+    guest.do("coriolis_percent", 30.0)
+    guest.wait(lambda _: "30 % of Coriolis" in guest.texts["veering-told"])
+    assert guest.props["coriolis"]["data-part"] == "30 %"
+    assert (guest.values["coriolis"], guest.values["comparison"]) == (0.3, "nothing")
+    guest.do("coriolis_percent", 100.0)
+    guest.wait(lambda _: "with Coriolis forces" in guest.texts["veering-told"])
+    guest.do("show_shape", "0 before")
+    before = guest.wait(lambda _: 3 < guest.values["gamma"] < 4.65 and guest.values["gamma"])
+    guest.do("show_shape", "0 after")
+    guest.wait(lambda _: guest.values["gamma"] > 4.65)
+    assert before < 4.65
+    guest.do("show_shape", "9 nowhere")
+    guest.do("plane", "flapwise")
+    guest.wait(lambda _: guest.props["coriolis_percent-row"]["hidden"])

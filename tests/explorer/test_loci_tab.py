@@ -85,13 +85,30 @@ def test_the_tab_veering_magnifies_the_nearest_event(guest, session):
     guest.choose("gamma", 15.0, until="they cross at γ = 16.3")
     guest.do("go_to_event", EVENT)
     guest.shows(TIP.replace(gamma=chart_of(TIP).events[EVENT].at))
-    guest.says("at γ = 4.6502 (gap 0.241)")
+    guest.says("they cross at γ = 4.4641")
+    guest.do("coriolis_percent", 100.0, until="at γ = 4.6502 (gap 0.241)")
+    guest.do("coriolis_percent", 0.0, until="they cross at γ = 4.4641")
     guest.wait(lambda _: guest.charts["loci-chart"]["chosen"] == EVENT)
     guest.choose("alpha", 1.1)
     chart_shown(guest, TIP.replace(alpha=1.1))
     guest.wait(lambda _: guest.charts["loci-chart"]["chosen"] == "")
     guest.choose("over", "alpha")
     guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
+
+
+def test_the_section_is_an_axis_where_both_planes_bend(guest):
+    """Its numbers are offered there alone; in degrees, with a line at the beam."""
+    pause(guest)
+    assert "pitch" not in guest.texts["loci-over"]
+    guest.edit(plane="both", flap=0.25, gamma=3.0)
+    guest.choose("over", "pitch")
+    chart = guest.charts["loci-chart"]
+    guest.wait(lambda _: chart["x"]["label"] == "pitch [deg]" and "F1" in str(chart["lines"]))
+    assert chart["cursor"] == {"action": "pitch", "x": 0}
+    assert "pitch" in guest.texts["map-over"]
+    guest.choose("plane", "flapwise")
+    guest.wait(lambda _: chart["x"]["symbol"] == "γ" and guest.values["over"] == "gamma")
+    assert "pitch" not in guest.texts["loci-over"]
 
 
 def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):

@@ -17,7 +17,7 @@ from live.offline import OfflineGuest, offline
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
-from beamviz.explorer import computed_loci, computed_motion, explorer
+from beamviz.explorer import computed_loci, computed_motion, computed_veering, explorer
 from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES
 from beamviz.explorer.feature import tabs
@@ -25,7 +25,6 @@ from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features import (
     method_timing,
     run_up,
-    veering,
 )
 from beamviz.explorer.features import motion as motion_tab
 from beamviz.explorer.features.beam_pull import BeamPull
@@ -157,6 +156,8 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("gamma", round(chance.uniform(0, 10), 2))] * 3,
             ("alpha", round(chance.uniform(0, 3), 2)),
             ("coriolis", chance.random() < 0.7),
+            ("coriolis_percent", float(chance.randrange(0, 101, 10))),
+            ("show_shape", chance.choice(("0 before", "1 at", "1 after"))),
         ],
         "compare": [
             *[("comparison", chance.choice(COMPARISONS))] * 2,
@@ -271,7 +272,7 @@ def coarse() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(computed_loci, "CHART_POINTS", 15)
         patch.setattr(computed_loci, "loci", coarse_loci(computed_loci.loci))
-        patch.setattr(veering, "POINTS", 12)
+        patch.setattr(computed_veering, "POINTS", 12)
         patch.setattr(map_tab, "SIZE", (9, 5))
         patch.setattr(map_tab, "SMALL_SIZE", (3, 2))
         patch.setattr(run_up, "PER_SECOND", 1e4)

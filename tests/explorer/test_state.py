@@ -16,6 +16,7 @@ from beamviz.explorer.features.mass_drag import DragState, Grip
 from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.links import PAGE
 from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
+from beamviz.presets import preset
 from beamviz.scene import Camera, Scene
 
 START = State.of(Scene(PAPER))
@@ -84,6 +85,23 @@ def test_the_axes_of_the_map_are_two_numbers():
     for state in (start.changed("over", "alpha"), across, loaded):
         assert (state.over, state.slice(MapState).across) == ("alpha", "gamma")
     assert usual_state(scene, PAGE) == replace(loaded, opened=scene)
+
+
+def test_charts_over_the_section_are_of_both_planes():
+    """In one plane a usual axis takes its place, also that of the map. A blade has no ratio of its
+    stiffnesses."""
+    start = usual_state(Scene.of(plane="both", over="pitch"), PAGE)
+    start = start.picked(choices_of(MapState)["across"], "flap")
+    assert (start.over, start.slice(MapState).across) == ("pitch", "flap")
+    assert {"flap", "pitch", "twist"} < {*start.case.axes}
+    plane = start.changed("plane", "flapwise")
+    assert (plane.over, plane.slice(MapState).across) == ("gamma", "alpha")
+    assert plane.changed("over", "twist").over == "gamma"
+    speed = start.picked(choices_of(MapState)["across"], "gamma").changed("plane", "chordwise")
+    assert (speed.over, speed.slice(MapState).across) == ("gamma", "alpha")
+    blade = start.loaded(Scene(preset("nrel-5mw-twisted-blade").beam, {"plane": "both"}))
+    assert "flap" not in blade.case.axes
+    assert blade.slice(MapState).across == "alpha"
 
 
 def test_a_kept_case_belongs_to_its_scene():

@@ -249,7 +249,7 @@ def test_the_table_has_the_modes_of_the_address(guest):
 def test_the_tab_veering_says_why_it_shows_nothing(guest):
     """Where the model has no solution, instead of the veering of the model before."""
     guest.do("tab", "veering")
-    guest.says("they exchange their shapes")
+    guest.says("they cross at")
     for key, value in (("coriolis", False), ("method", "zoac"), ("state", "stable")):
         guest.choose(key, value)
     guest.wait(lambda _: "no bent states" in guest.texts["veering-shapes"])
@@ -259,7 +259,7 @@ def test_the_tab_veering_says_why_it_shows_nothing(guest):
 def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest, session):
     """Of the nearest values, where a number is out of range, as in a tab that is opened then."""
     guest.do("tab", "veering")
-    guest.says("they exchange their shapes")
+    guest.says("they cross at")
     before, job = guest.texts["veering-shapes"], session.visitor.jobs[veering.JOB]
     guest.choose("alpha", 1000.0, until="Drawn with the nearest values in range: α = 100")
     wait_until(lambda: job.answer.request.beam.alpha == 100)

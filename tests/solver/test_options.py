@@ -30,7 +30,9 @@ WRONG = [
     ({"plane": "diagonal"}, "plane = 'diagonal': must be one of chordwise, flapwise"),
     ({"modes": 0}, "modes = 0: must be a whole number in 1 .. 20"),
     ({"modes": 2.5}, "modes = 2.5: must be a whole number in 1 .. 20"),
-    ({"coriolis": "no"}, "coriolis = 'no': must be True or False"),
+    ({"coriolis": "no"}, "coriolis = 'no': must be True, False or a factor 0 .. 1"),
+    ({"coriolis": 1.5}, "coriolis = 1.5: must lie in 0 .. 1"),
+    ({"coriolis": -0.1}, "coriolis = -0.1: must lie in 0 .. 1"),
     ({"stiffening": 0}, "stiffening = 0: must be True or False"),
     ({"tolerance": 1.0}, "tolerance = 1: must lie in 1e-12 .. 0.1"),
     ({"tolerance": math.nan}, "tolerance = nan: must lie in 1e-12 .. 0.1"),
@@ -182,3 +184,21 @@ def test_a_part_of_the_coriolis_forces():
     ]
     assert bent[0].frequencies[0] > bent[1].frequencies[0] > bent[2].frequencies[0]
     assert Problem(coriolis=0.3).described.endswith("with 0.3 of Coriolis")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "options"),
+    [
+        ({"alpha": 1, "beta": 1, "gamma": 4.6}, {}),  # inside a veering
+        ({"alpha": 1, "beta": 0.5, "gamma": 30, "delta": 1}, {}),
+        ({"gamma": 10, "flap": 0.25, "pitch": 30}, {"plane": "both"}),
+        ({"gamma": 4, "delta": -1}, {"state": "stable"}),  # deflected
+    ],
+)
+def test_error_bars_with_a_part_of_the_coriolis_forces(numbers, options):
+    """At a loose tolerance each holds the distance to the answer at a fine one."""
+    for factor in (0.05, 0.5):
+        loose = solve(Beam(**numbers), coriolis=factor, tolerance=1e-2, **options)
+        fine = solve(Beam(**numbers), coriolis=factor, tolerance=1e-11, **options)
+        distance = np.abs(loose.frequencies - fine.frequencies)
+        assert (distance <= loose.errors + fine.errors).all()

@@ -20,6 +20,7 @@ from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
+from beamviz.explorer.features.veering_inset import VeeringInset
 
 FEATURES: tuple[type[Feature], ...] = (
     Controls,
@@ -29,6 +30,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LociTab,
     MapTab,
     VeeringTab,
+    VeeringInset,
     ComparisonTab,
     LoadsTab,
     RunUpTab,

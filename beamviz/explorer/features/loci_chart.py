@@ -42,6 +42,7 @@ PER_REV_HELP = (
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
+INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
 LISTS = "loci-margins", "loci-resonances", "loci-events"
 CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
@@ -76,7 +77,9 @@ class LociTab(Feature):
         "Frequencies",
         1,
         "The frequencies over a number of the beam: drag its line, press a crossing to go there",
-        page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False),
+        page.chart_tab(
+            tools(), "loci-chart", *LISTS, hidden=False, over='<div id="loci-inset"></div>'
+        ),
         (SOLUTION, CHART),
         view="chart",
     )

@@ -1,239 +1,159 @@
-"""The tab Veering: two loci magnified around a crossing or veering, without and with Coriolis
-forces, and the mode shapes before, at and after it."""
+"""The tab Veering: two loci magnified around a crossing or veering, with a slider for what couples
+them, and the mode shapes before, at and after it, which the scene shows on request."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.drawing.text import Measure
+from beamviz.drawing.text import significant
 from beamviz.explorer import page
-from beamviz.explorer.computed_loci import (
-    Chart,
-    ChartRequest,
-    LocusLine,
-    cursor,
-    lines_data,
-    lines_of,
+from beamviz.explorer.computed_loci import Chart, ChartRequest, cursor, lines_data
+from beamviz.explorer.computed_veering import (
+    LociPair,
+    ModeShape,
+    Pairs,
+    VeeringRequest,
+    X,
+    coriolis_acts,
+    uncoupled,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, fading, waiting
-from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons, no_chart
+from beamviz.explorer.features.loci_chart import (
+    CHART,
+    LociTab,
+    chart_wanted,
+    current_chart,
+    event_buttons,
+    no_chart,
+)
 from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
-from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
-from beamviz.frequency_loci.identity import identify_modes
-from beamviz.solver.problem import MAX_MODES
+from beamviz.frequency_loci import Event
+from beamviz.scene import clip
+from beamviz.solver.problem import OPTIONS
 from beamviz.solver.solution import BENDING, STRETCHING
 
-POINTS = 40  # of a sweep; even, so that the middle is not one of them
-REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
-MIN_WIDTH = 0.004  # of the chart's range: half width of the narrowest view
-MARGIN = 5.0  # half width of the view, over that of a veering
-BESIDE = 1e-3  # of the view: offset of shapes from a crossing, where they are not unique
+JOB, UNCOUPLED = "veering", "uncoupled chart"  # names of the jobs
+SHOWN = "veering-chart", "veering-told", "veering-shapes"  # ids of what shows an answer
 EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction: exchange above, none below
-X = np.linspace(0.0, 1.0, 61)
-
-
-class ModeShape(NamedTuple):
-    """A mode: displacements along and across the beam at X, (61, 2) or in both planes (61, 3), the
-    largest 1; fraction of bending energy; name, or the mixture that it is; fraction of the energy
-    in the plane of rotation where it bends in both."""
-
-    displacement: np.ndarray
-    bending_fraction: float
-    name: str
-    in_plane_fraction: float = 1.0
-
-    def change(self, other: Self) -> float:
-        """The greatest change of a fraction to another shape; nan if either has none."""
-        bending = abs(other.bending_fraction - self.bending_fraction)
-        return max(bending, abs(other.in_plane_fraction - self.in_plane_fraction))
-
-
-@dataclass(frozen=True, eq=False)
-class LociPair:
-    """Two loci around their crossing or veering, without or with Coriolis forces.
-
-    values: (n,) in the view, of the two lines; event: None if the two neither cross nor veer; at:
-    its value, else the middle of the view; shapes: of each branch before, at and after the event.
-    """
-
-    coriolis: bool
-    values: np.ndarray
-    lines: list[LocusLine]
-    event: Event | None
-    at: float
-    shapes: tuple[tuple[ModeShape, ModeShape, ModeShape], ...]
-
-
-Pairs = tuple[LociPair, ...]  # without and with Coriolis forces
-
-
-@dataclass(frozen=True)
-class VeeringRequest:
-    """A crossing or veering of a chart to magnify."""
-
-    chart: ChartRequest
-    event: Event
-
-    @property
-    def beam(self) -> Beam:
-        return self.chart.beam
-
-    def pairs(self) -> Pairs:
-        """The loci without and with Coriolis forces. Raises the errors of `loci`."""
-        chart, at = self.chart, self.event.at
-        reach = REACH * (chart.stop - chart.start)
-        low, high = max(at - reach, chart.start), min(at + reach, chart.stop)
-        wide = np.linspace(low, high, POINTS)
-        # Enough modes for both branches on either side, and for a neighbour.
-        modes = min(max(self.event.modes) + 2, MAX_MODES)
-        options = [
-            {**chart.options, "modes": modes, "coriolis": coriolis} for coriolis in (False, True)
-        ]
-        found = [loci(chart.beam, chart.over, wide, **one) for one in options]
-        events = [same_event(one, self.event, reach) for one in found]
-        centre, half = self.view([one for one in events if one] or [self.event])
-        own = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
-        near = np.linspace(max(centre - half, low), min(centre + half, high), POINTS)
-        values = np.union1d(near, own)
-        return tuple(
-            loci_pair(at_values(one, values), event, self.event, centre)
-            for one, event in zip(found, events, strict=True)
-        )
-
-    def view(self, events: list[Event]) -> tuple[float, float]:
-        """Centre and half width of a view of these events and of the whole gap."""
-        at, width = [one.at for one in events], self.chart.stop - self.chart.start
-        half = max(max(at) - min(at), MARGIN * max(one.width for one in events))
-        return (min(at) + max(at)) / 2, float(np.clip(half, MIN_WIDTH * width, REACH * width))
-
-
-def same_event(found: Loci, event: Event, reach: float) -> Event | None:
-    """The nearest event of the same two branches in other loci, within `reach`."""
-    same = [one for one in found.events if {*one.branches} == {*event.branches}]
-    nearest = min(same, key=lambda one: abs(one.at - event.at), default=None)
-    return nearest if nearest and abs(nearest.at - event.at) <= reach else None
-
-
-def branches_of(found: Loci, event: Event, at: float) -> tuple[Branch, Branch]:
-    """The two branches of an event; the nearest in frequency if the loci have other labels."""
-    by_label = {branch.label: branch for branch in found.branches}
-    if all(label in by_label for label in event.branches):
-        return by_label[event.branches[0]], by_label[event.branches[1]]
-    k = int(np.argmin(abs(found.values - at)))
-    distance = [abs(branch.frequency[k] - event.frequency) for branch in found.branches]
-    first, second = np.argsort(np.nan_to_num(distance, nan=np.inf))[:2]
-    return found.branches[first], found.branches[second]
-
-
-def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> LociPair:
-    """Two loci with their shapes at the ends of the view and at the event `own`, if any."""
-    at = own.at if own else centre
-    branches = branches_of(found, own or event, at)
-    k = int(np.argmin(abs(found.values - at)))
-    shapes = []
-    for branch in branches:
-        middle = mode_shape(branch, k)
-        first, last = (mode_shape(branch, i, middle) for i in (0, -1))
-        shapes.append((first, middle, last))
-    lines = lines_of(found, found.values, branches)
-    return LociPair(found.problem.coriolis, found.values, lines, own, at, tuple(shapes))
-
-
-def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeShape:
-    """The shape of a branch at the value of index k, with the sign of positive correlation with
-    another shape; nan if it has none.
-
-    With Coriolis forces the phases of axial and transverse motion differ by a quarter of a period:
-    the complex shape is real along the beam and imaginary across it, up to a factor.
-    """
-    solution, mode = branch.solutions[k], int(branch.mode_index[k])
-    if solution is None or mode < 0:
-        return ModeShape(np.full((len(X), 1), np.nan), np.nan, "")
-    shape = solution.shape(mode, X)
-    parts = shape.real + shape.imag
-    parts /= np.linalg.norm(parts, axis=1).max()
-    if other and (parts * other.displacement).sum() < 0:
-        parts = -parts
-    names = identify_modes(solution)
-    name = names.mixtures[mode] or names.labels[mode]
-    fraction = float(solution.bending_energy_fraction[mode])
-    if solution.in_plane_fraction is None:
-        return ModeShape(parts, fraction, name)
-    return ModeShape(parts, fraction, name, float(solution.in_plane_fraction[mode]))
-
-
-# The tab
-
-JOB = "veering"
-SHOWN = "veering-chart", "veering-shapes"  # ids of the chart and of the shapes beside it
 WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
+PLACES = "before", "at", "after"  # the event, at which there are shapes
 INVITATION = "No crossing or veering in the range of the chart Frequencies."
+COUPLINGS = {  # the sliders by what couples two modes: label, help and end
+    "coriolis": (
+        "coriolis_percent",
+        "Coriolis [%]",
+        "A thought experiment: a real beam has all of them (100 %). Drag from 0 to see the gap"
+        " open",
+        100,
+    ),
+    "pitch": ("pitch_here", "pitch [deg]", "Turns the section, which couples flap and lag", 10),
+}
 DIRECTIONS = {  # of a displacement, by the style of its line
     "bending": "transverse (bending)",
     "lag": "in the plane of rotation (lag)",
     "flap": "out of it (flap)",
     "stretching": "axial (stretching)",
 }
+SLIDERS = "".join(
+    page.slider(key, label, help, min=0, max=end, step=end / 100)
+    for key, label, help, end in COUPLINGS.values()
+)
 SKELETON = (
     f'<div class="veering-tab">{page.waiting_place("veering-chart-wait")}'
     '<div id="veering-chart" class="chart" data-chart></div>'
-    '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div>'
+    f'<div class="beside"><div id="veering-coupling">{SLIDERS}<p id="veering-told"></p>'
+    '<div id="veering-events"></div></div>'
+    '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div></div>'
 )
+
+ChartAnswer = Answer[ChartRequest, Chart]
+VeeringAnswer = Answer[VeeringRequest, Pairs]
 
 
 class VeeringTab(Feature):
-    """The crossing or veering nearest to the beam along the axis of the chart, magnified."""
+    """The crossing or veering nearest to the beam along the axis of the chart, magnified. Which
+    modes meet is that of the uncoupled chart, so that it stays while the coupling changes."""
 
+    style = "veering.css"
     tab = Tab(
         "Veering",
         3,
-        "Two frequencies that come close, magnified, and how the shapes of their modes mix",
+        "Two frequencies that meet, magnified: a slider opens the gap, and the shapes mix",
         SKELETON,
-        (SOLUTION, CHART, JOB),
+        (SOLUTION, UNCOUPLED, JOB),
         beside="Frequencies",
         view="veering",
     )
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        visitor.job(UNCOUPLED, ChartRequest.chart)
         visitor.job(JOB, VeeringRequest.pairs)
+        visitor.bind("coriolis_percent", with_coriolis_percent, coriolis_percent, float)
+        visitor.bind("pitch_here", with_pitch, pitch_of, float)
+        self.page.on("show_shape", self.show_shape, str)
+
+    def show_shape(self, key: str) -> None:
+        """Move the beam to one side of the event, and show a mode there; key: of a shape."""
+        visitor = self.visitor
+        with visitor.lock:
+            answer = visitor.shown_answer(JOB)
+            if answer and answer.result and key in (found := shapes_by_key(answer.result)):
+                at, shape = found[key]
+                over = answer.request.chart.over
+                if shape.mode >= 0:
+                    visitor.change(lambda state: at_shape(state, over, at, shape.mode))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The loci around the event while the tab is open; they wait for the chart."""
-        if snapshot.state.tab != self.tab.key:
+        """The uncoupled chart, and the loci around its event, while they are shown."""
+        if not is_shown(snapshot):
             return {}
-        charts = current_chart(snapshot)
+        chart = chart_wanted(snapshot)
+        if chart is None:
+            return {UNCOUPLED: None, JOB: None}
+        request = uncoupled(chart)
+        charts = snapshot.job_answer(UNCOUPLED)
+        if charts is None or charts.request != request:
+            return {UNCOUPLED: request, JOB: PENDING}
         event = nearest_event(charts, snapshot)
-        if charts and event:
-            return {JOB: VeeringRequest(charts.request, event)}
-        return {JOB: PENDING if charts is None and snapshot.beam else None}
+        return {UNCOUPLED: request, JOB: VeeringRequest(chart, event) if event else None}
 
     def content(self, snapshot: Snapshot) -> Content:
         """The last chart, and the last answer if that has an event to show; neither while the tab
         is closed."""
         is_open = snapshot.state.tab == self.tab.key
-        charts = snapshot.job_answer(CHART) if is_open else None
+        charts = snapshot.job_answer(UNCOUPLED) if is_open else None
         answer = snapshot.job_answer(JOB) if nearest_event(charts, snapshot) else None
+        listed = snapshot.job_answer(CHART)
         return (
-            event_content(charts, answer)
+            event_content(charts, answer, listed)
             | line_content(charts, answer, snapshot.entered_beam)
-            | fading(snapshot, [CHART, JOB], *SHOWN)
+            | coupling_content(answer, snapshot.state)
+            | fading(snapshot, [UNCOUPLED, JOB], *SHOWN)
             | waiting(snapshot, "veering-chart-wait", self.tab)
         )
 
 
-ChartAnswer = Answer[ChartRequest, Chart]
+def is_shown(snapshot: Snapshot) -> bool:
+    """Whether the page shows the loci around an event: in the tab, or at the event in the inset of
+    the chart Frequencies."""
+    if snapshot.state.tab != LociTab.tab.key:
+        return snapshot.state.tab == VeeringTab.tab.key
+    charts, beam = current_chart(snapshot), snapshot.entered_beam
+    if not (charts and charts.result and beam):
+        return False
+    return charts.result.event_at(getattr(beam, charts.request.over)) in charts.result.pairs
 
 
 def nearest_event(charts: ChartAnswer | None, snapshot: Snapshot) -> Event | None:
@@ -244,32 +164,93 @@ def nearest_event(charts: ChartAnswer | None, snapshot: Snapshot) -> Event | Non
     return charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
+# The coupling
+
+
+def with_coriolis_percent(state: State, percent: object) -> State:
+    """With a part of the Coriolis forces. The beam before is not kept for comparison: the slider
+    passes through many."""
+    present = coriolis_percent(state)
+    factor = OPTIONS["coriolis"].checked(clip(percent, 100.0, present) / 100)
+    case = state.case.with_options(coriolis=factor)
+    return state.without_edit_kept().with_fields(case=case).after("case").after("structure")
+
+
+def coriolis_percent(state: State) -> float:
+    return round(100 * float(state.case.options["coriolis"]), 4)
+
+
+def with_pitch(state: State, degrees: object) -> State:
+    return state.changed("pitch", degrees)
+
+
+def pitch_of(state: State) -> float:
+    return float(state.case.nearest_beam().pitch)
+
+
+def coupling_content(answer: VeeringAnswer | None, state: State) -> Content:
+    """The slider of what couples the two modes that are shown; none where nothing does."""
+    options = state.case.options
+    kind = answer.request.kind if answer and answer.result else ""
+    acts = coriolis_acts(options["plane"], options["method"])
+    shown = {"coriolis": kind == "coriolis" and acts, "pitch": kind == "pitch"}
+    factor = options["coriolis"]
+    part = None if isinstance(factor, bool) else f"{100 * factor:.3g} %"
+    content = page.props("coriolis", data_part=part)
+    for name, (key, *_) in COUPLINGS.items():
+        content |= page.props(f"{key}-row", hidden=not shown[name])
+    return content
+
+
+# The scene
+
+
+def shapes_by_key(pairs: Pairs) -> dict[str, tuple[float, ModeShape]]:
+    """The shapes of the beam's own coupling by key, as "0 before", each with its value of the
+    axis."""
+    pair = pairs[-1]
+    return {
+        f"{k} {name}": (at, shape)
+        for k, shapes in enumerate(pair.shapes)
+        for name, at, shape in zip(PLACES, pair.places, shapes, strict=True)
+    }
+
+
+def at_shape(state: State, over: str, at: float, mode: int) -> State:
+    """With the beam at a value of the axis, and one mode (from 0) alone."""
+    return state.without_edit_kept().changed(over, at).only(mode)
+
+
+# The tab
+
+
 @lru_cache(16)  # for several visitors: 1 ms of each frame with an edit
 def event_content(
-    charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
+    charts: ChartAnswer | None, answer: VeeringAnswer | None, listed: ChartAnswer | None
 ) -> Content:
-    """The event, or the reason why there is none, and buttons for all events of the chart; nothing
-    without one."""
+    """The event, or the reason why there is none, and buttons for all events of the chart that is
+    listed; nothing without one."""
+    pairs = answer.result if answer else None
+    content = page.props("veering-chart", hidden=not pairs) | page.html("veering-told", "")
+    content |= page.html("veering-events", "")
     if charts is None:
-        return page.props("veering-chart", hidden=True) | page.html("veering-shapes", "")
-    pairs, chart = answer.result if answer else None, charts.result
+        return content | page.html("veering-shapes", "")
     text = page.note(no_chart(charts))
-    if chart:
-        text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
-    content = page.props("veering-chart", hidden=not pairs)
+    if charts.result and not charts.result.pairs:
+        text = f"<p>{INVITATION}</p>"
+    if listed and listed.result and listed.result.pairs:
+        content |= page.html("veering-events", event_buttons(listed.result))
     if answer and pairs:
-        request = answer.request.chart
-        captions = (sentence(pair, *request.measures) for pair in pairs)
-        content |= page.chart("veering-chart", pairs_data(pairs, request))
-        text = "".join(map(shape_table, pairs, captions)) + text
-        text += key_of_shapes(in_space=request.options["plane"] == "both")
+        content |= page.chart("veering-chart", pairs_data(pairs, answer.request))
+        content |= page.html("veering-told", sentence(pairs[-1], answer.request))
+        text = shape_table(pairs, answer.request) + key_of_shapes(answer.request) + text
     elif answer:
         text = page.note(answer.message) + text
     return content | page.html("veering-shapes", text)
 
 
 def line_content(
-    charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None, beam: Beam | None
+    charts: ChartAnswer | None, answer: VeeringAnswer | None, beam: Beam | None
 ) -> Content:
     """The line of the beam, in the chart if there is one."""
     if charts is None or answer is None or answer.result is None:
@@ -279,39 +260,48 @@ def line_content(
     return page.chart("veering-chart", {"cursor": line})
 
 
-def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
-    """The chart: loci without (dashed) and with Coriolis forces, crossings, the smallest gap."""
-    along, across = request.measures
+def pairs_data(pairs: Pairs, request: VeeringRequest) -> page.Data:
+    """The chart: loci without their coupling (dashed) and with that of the beam, crossings, the
+    smallest gap."""
+    measures = along, across = request.chart.measures
     values = pairs[0].values
     lines, gap, marks = [], [], []
     for pair in pairs:
-        style = "thick" if pair.coriolis else "dashed"
+        is_own = pair is pairs[-1]
+        style = "thick" if is_own else "dashed"
         for line in lines_data(pair.lines, across.factor):
             runs = [[i, j, f"{family} {style}", name] for i, j, family, name in line["runs"]]
-            lines.append({**line, "runs": runs, "label": line["label"] if pair.coriolis else ""})
-        if pair.event and pair.event.kind == "veering":
-            k = int(np.searchsorted(values, pair.at))
-            y = across.factor * np.array([one.frequency[k] for one in pair.lines])
-            ends = {"at": page.sent(np.full(2, along.factor * pair.at)), "y": page.sent(y)}
+            lines.append({**line, "runs": runs, "label": line["label"] if is_own else ""})
+        if not (is_own and pair.event):
+            continue
+        if pair.event.kind == "veering":
+            ends = {"at": page.sent(np.full(2, along.factor * pair.places[1]))}
+            ends["y"] = page.sent(across.factor * np.array(pair.gap))
             gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
-        elif pair.event and pair.event.kind == "crossing":
+        elif pair.event.kind == "crossing":
             place, text = (pair.at, pair.event.frequency), f"crossing: {along.place(pair.at)}"
-            marks.append(page.mark("crossing", "crossing", request.measures, place, text))
-    frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
-    low, high = np.nanmin(frequency), np.nanmax(frequency)
-    margin = 0.06 * (high - low)
+            marks.append(page.mark("crossing", "crossing", measures, place, text))
     axes = {
         "x": page.axis_data(along, (values[0], values[-1])),
-        "y": page.frequency_axis(across, (low - margin, high + margin)),
+        "y": page.frequency_axis(across, ends_of(pairs)),
         "at": page.sent(along.factor * values),
     }
     content = {"lines": lines + gap, "marks": marks, "keys": page.keys(lines, marks)}
     return {"name": "Veering, magnified", **axes, **content}
 
 
-def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
-    """The kind of the event, its position and the gap."""
-    case = "<b>Coriolis on</b> (thick): " if pair.coriolis else "<b>Coriolis off</b> (dashed): "
+def ends_of(pairs: Pairs) -> tuple[float, float]:
+    """The ends of the frequency axis, which a gap in the middle hardly changes."""
+    frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
+    low, high = np.nanmin(frequency), np.nanmax(frequency)
+    margin = 0.06 * (high - low)
+    return float(low - margin), float(high + margin)
+
+
+def sentence(pair: LociPair, request: VeeringRequest) -> str:
+    """The coupling, the kind of the event, its position and the gap."""
+    along, across = request.chart.measures
+    case = f"<b>{coupling_text(pair.coupling, request)}</b>: "
     if pair.event is None:
         return case + "the gap is too large for a veering."
     at = f"at {along.place(pair.at)}"
@@ -328,12 +318,65 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
     return f"{case}they veer {at} (gap {gap}); {exchange}."
 
 
-def shape_table(pair: LociPair, caption: str) -> str:
-    """The shapes of both branches, the upper one first, before, at and after the event."""
+def coupling_text(coupling: float, request: VeeringRequest) -> str:
+    """A coupling in words."""
+    if request.kind == "pitch":
+        return f"pitch {significant(coupling, 4)}°"
+    if not coupling:
+        return "without Coriolis forces"
+    return "with Coriolis forces" if coupling == 1 else f"{100 * coupling:.3g} % of Coriolis"
+
+
+def in_percent(request: VeeringRequest) -> str:
+    """What the slider of the coupling changes."""
+    return COUPLINGS[request.kind][1].partition(" [")[0]
+
+
+def shape_table(pairs: Pairs, request: VeeringRequest) -> str:
+    """The shapes of both branches, the upper one first, before, at and after the event: buttons
+    that show the mode in the scene."""
+    pair, along = pairs[-1], request.chart.measures[0]
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.lines[k].frequency[0])))
-    rows = [map(drawing, pair.shapes[k]) for k in order]
-    name = f"shapes, Coriolis {'on' if pair.coriolis else 'off'}"
-    return page.table(name, ("before", "at", "after"), rows, caption, class_="shapes")
+    rows = []
+    for k in order:
+        cells = zip(PLACES, pair.places, pair.shapes[k], strict=True)
+        rows.append(
+            [shape_cell(f"{k} {name}", along.place(at), one, request) for name, at, one in cells]
+        )
+    return page.table("Mode shapes", PLACES, rows, class_="shapes")
+
+
+def shape_cell(key: str, place: str, shape: ModeShape, request: VeeringRequest) -> str:
+    """A shape with its parts as a button; a dash for a mode that is missing."""
+    if shape.mode < 0:
+        return "–"
+    label = f"Show {shape.name} at {place} in the scene: {parts_text(shape, request)}"
+    own = page.attributes(
+        class_="quiet", data_do="show_shape", data_value=key, aria_label=label, title=label
+    )
+    content = drawing(shape) + parts_bar(shape, request)
+    return f'<button type="button"{own}>{content}</button>'
+
+
+def parts_of(shape: ModeShape, request: VeeringRequest) -> dict[str, float]:
+    """The shares of a mode, by style: of its kinetic energy in flap and lag where these meet, else
+    of its strain energy in bending and stretching."""
+    if request.kind == "pitch":
+        return {"flap": 1 - shape.in_plane_fraction, "lag": shape.in_plane_fraction}
+    return {BENDING: shape.bending_fraction, STRETCHING: 1 - shape.bending_fraction}
+
+
+def parts_text(shape: ModeShape, request: VeeringRequest) -> str:
+    """The shares in words."""
+    parts = parts_of(shape, request).items()
+    return ", ".join(f"{100 * share:.0f} % {style}" for style, share in parts)
+
+
+def parts_bar(shape: ModeShape, request: VeeringRequest) -> str:
+    """The shares as a bar of two colours."""
+    parts = parts_of(shape, request).items()
+    pieces = (f'<i class="{style}" style="flex:{share:.3f}"></i>' for style, share in parts)
+    return f'<span class="parts" aria-hidden="true">{"".join(pieces)}</span>'
 
 
 def styles_of_components(*, in_space: bool) -> tuple[str, ...]:
@@ -341,11 +384,16 @@ def styles_of_components(*, in_space: bool) -> tuple[str, ...]:
     return (STRETCHING, "lag", "flap") if in_space else (STRETCHING, BENDING)
 
 
-def key_of_shapes(*, in_space: bool) -> str:
-    """What the lines of the shapes are."""
+def key_of_shapes(request: VeeringRequest) -> str:
+    """What the lines of the shapes and the bars below them are."""
+    in_space = request.chart.options["plane"] == "both"
     styles = styles_of_components(in_space=in_space)
     parts = (f'<b class="swatch {style}">━</b> {DIRECTIONS[style]}' for style in styles)
-    return f"<p>Displacement of the beam: {', '.join(parts)}.</p>"
+    energy = "kinetic energy" if request.kind == "pitch" else "strain energy"
+    return (
+        f"<p>Displacement of the beam: {', '.join(parts)}; below it the shares of its {energy}."
+        " Press a shape to see the mode move.</p>"
+    )
 
 
 def drawing(shape: ModeShape) -> str:

@@ -450,14 +450,15 @@ def strength(found: GreatestStress | None, units: Units | None) -> str:
     return f"<p{own}>{escape(strength_text(found, units))}</p>"
 
 
-def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
+def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True, over: str = "") -> str:
     """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists, below
-    the chart or, on wide pages, below the controls beside it."""
+    the chart or, on wide pages, below the controls beside it; over: what lies over the chart, HTML.
+    """
     parts = "".join(f'<div id="{id}"></div>' for id in lists)
     beside = f'<div class="tools">{tools}</div><div class="lists">{parts}</div>'
     figure = f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
     wait = waiting_place(f"{chart}-wait")
-    return f'<div class="chart-tab"><div class="beside">{beside}</div>{wait}{figure}</div>'
+    return f'<div class="chart-tab"><div class="beside">{beside}</div>{wait}{figure}{over}</div>'
 
 
 def waiting_place(id: str) -> str:

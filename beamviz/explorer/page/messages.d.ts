@@ -134,6 +134,7 @@ interface Actions { // the types of their values
   "colouring": string;
   "comparison": string;
   "coriolis": boolean;
+  "coriolis_percent": number;
   "curvature": string;
   "damping": number;
   "dark": boolean;
@@ -195,6 +196,7 @@ interface Actions { // the types of their values
   "per_rev_5": boolean;
   "per_rev_6": boolean;
   "pitch": number;
+  "pitch_here": number;
   "plane": string;
   "playing": boolean;
   "preferences": string;
@@ -225,6 +227,7 @@ interface Actions { // the types of their values
   "share-2": number;
   "share-3": number;
   "share-4": number;
+  "show_shape": string;
   "softening": boolean;
   "spin_up": number;
   "stacked": boolean;
