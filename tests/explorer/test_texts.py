@@ -4,10 +4,12 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from charts import chart_of
 from hypothesis import given
 from hypothesis import strategies as st
+from live.offline import local
 from live.visitor import PAPER
 
 from beamviz import explorer
@@ -204,3 +206,24 @@ def test_a_growth_that_is_zero_within_its_error_is_called_neutral():
     for one in at_limit:
         assert "neutral" in answer.numbers(one, 0)
     assert "growth ±" in answer.numbers(solve(Beam(gamma=3.0, delta=-1), modes=1), 0)
+
+
+def test_the_modes_of_both_planes_have_the_shares_of_their_motion():
+    """In the title of a mode, by the kinetic energy of its shape; its nodes are those of the larger
+    one. In one plane there are no such words."""
+    scene = Scene.of(alpha=0, flap=0.8, pitch=20, twist=30, gamma=3, plane="both")
+    solution = solve(scene.beam, plane="both")
+    x, weights = np.polynomial.legendre.leggauss(40)
+    with local(scene) as guest:
+        rows = guest.texts["mode-rows"]
+        guest.choose("plane", "flapwise")
+        guest.wait(lambda _: " % flap" not in guest.texts["mode-rows"])
+    titles = re.findall(r'<button[^>]*title="([^"]*)"', rows)
+    nodes = re.findall(r"nodes of its (flap|lag|stretching)[^<\"]*</title>", rows)
+    assert len(titles) == len(nodes) == len(solution.labels)
+    for k, (title, larger) in enumerate(zip(titles, nodes, strict=True)):
+        energy = weights @ solution.shape(k, (x + 1) / 2) ** 2
+        shares = dict(zip(("stretching", "lag", "flap"), 100 * energy / energy.sum(), strict=True))
+        named = {name: float(share) for share, name in re.findall(r"([\d.]+) % (\w+)", title)}
+        assert max(named, key=named.__getitem__) == larger
+        assert shares == pytest.approx(dict.fromkeys(shares, 0.0) | named, abs=0.6)

@@ -315,14 +315,17 @@ def mode_table(
     """The table of the modes of a solution; those `shown` (0-based) are marked. beside: what they
     are those of, beside a motion; it is pale where they are not of its `present` moment."""
     units, modes = solution.beam.units, identify_modes(solution)
+    shares, motions = shares_of_motion(solution), [""] * len(solution.s)
+    if solution.in_plane_fraction is not None:
+        motions = [f" of its {MOTIONS[k]}" for k in solution.larger_component]
     unit = "" if units else UNIT_HINT
     error = '<small class="all-digits">± error</small>'
     heads = ("mode", f"{frequencies(units).label} {unit}{error}", "amount")
     rows = "".join(
         f'<tr data-do="only" data-value="{k}" data-row="{label}"'
         f"{' class=shown' if k in shown else ''}>"
-        f"<td>{mode_button(k, label, style_of(label, solution.families[k]), k in shown)}"
-        f"{strip(shapes.nodes[k])}</td>"
+        f"<td>{mode_button(k, label, style_of(label, solution.families[k]), k in shown, shares[k])}"
+        f"{strip(shapes.nodes[k], motions[k])}</td>"
         f"{numbers(solution, k)}<td>{amount(k, label)}</td></tr>"
         for k, label in enumerate(modes.labels)
     )
@@ -333,16 +336,35 @@ def mode_table(
     return f"{table}<p{page.attributes(class_='note-below', title=note or None)}>{escape(note)}</p>"
 
 
+MOTIONS = "stretching", "lag", "flap"  # the components of a displacement in both planes
+
+
+def shares_of_motion(solution: Solution) -> list[str]:
+    """The shares of each mode's kinetic energy by component, as "62 % flap, 38 % lag"; "" where the
+    beam bends in one plane."""
+    in_plane, across = solution.in_plane_fraction, solution.bending_energy_fraction
+    if in_plane is None:
+        return [""] * len(across)
+    shares = 100 * np.array([1 - across, in_plane - (1 - across), 1 - in_plane])  # (3, modes)
+    texts = []
+    for column in shares.T:
+        order = [k for k in np.argsort(-column) if column[k] >= 0.5]
+        texts.append(", ".join(f"{column[k]:.0f} % {MOTIONS[k]}" for k in order))
+    return texts
+
+
 def style_of(label: str, family: str) -> str:
     """The style of a mode of this label: its family, in place of bending flap or lag."""
     return FAMILY_NAMES[label[0]] if family == "bending" else family
 
 
 @lru_cache(256)
-def mode_button(k: int, label: str, family: str, shown: bool) -> str:
-    """The button that shows mode k (0-based) alone, in the colour of its family."""
+def mode_button(k: int, label: str, family: str, shown: bool, shares: str) -> str:
+    """The button that shows mode k (0-based) alone, in the colour of its family; its title has the
+    shares of its motion."""
     own = {"data_do": "only", "data_value": k, "data_key": str(k + 1) if k < 9 else None}
     own |= {"class_": f"mode {family}", "type": "button", "aria_pressed": shown}
+    own |= {"title": shares or None}
     name = f"<b>{plain_name(label)}</b><span>{escape(label)}</span>"
     return f"<button{page.attributes(**own)}>{name}</button>"
 
@@ -383,13 +405,14 @@ def rounded(value: float, error: float, factor: float, unit: str = "", name: str
     )
 
 
-def strip(nodes: np.ndarray) -> str:
-    """A drawing of the beam as a line with its nodes."""
+def strip(nodes: np.ndarray, motion: str) -> str:
+    """A drawing of the beam as a line with its nodes, those of a component of its motion where it
+    bends in both planes."""
     places = ", ".join(significant(float(x), 3) for x in nodes)
     dots = "".join(
         f'<circle cx="{INSET + (STRIP - 2 * INSET) * x:.1f}" cy="8" r="3"/>' for x in nodes
     )
-    name = f"nodes at {places}" if places else "no nodes"
+    name = f"nodes{motion} at {places}" if places else f"no nodes{motion}"
     return (
         f'<svg class="strip" role="img" width="{STRIP}" height="16" aria-label="{name}">'
         f"<title>{name}</title>"
