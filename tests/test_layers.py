@@ -73,7 +73,8 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that
 }
 BY_NAME = {  # modules that import by a name, which is not seen unless it is a whole one
     "beamviz",  # its public names on first use
-    *("evidence.benchmark.external", "evidence.benchmark.exudyn_motion"),  # other programs
+    *("evidence.benchmark.blade", "evidence.benchmark.external"),  # other programs
+    "evidence.benchmark.exudyn_motion",
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}
 LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}

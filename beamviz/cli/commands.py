@@ -437,7 +437,7 @@ def benchmark(
         option("Every second resolution, each repeated for 0.03 s, not 0.2 s: 20 s.", "--quick"),
     ] = False,
     peers: Annotated[
-        bool, option("Exudyn, OpenSees and CalculiX too, where installed.", "--peers")
+        bool, option("Exudyn, OpenSees, CalculiX and pyBModes too, where installed.", "--peers")
     ] = False,
 ) -> None:
     """Speed against accuracy of every method and integrator: charts, and the numbers as JSON."""

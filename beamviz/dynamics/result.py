@@ -147,18 +147,29 @@ class Motion:
 
     @property
     def table(self) -> dict[str, list[str]]:
-        """The motion at some times, as texts by heading."""
+        """The motion at some times, as texts by heading; of a beam in SI in seconds, rpm, metres
+        and, where its mass is known, joules."""
         from beamviz.tables import significant_decimals
 
         rows = np.unique(np.linspace(0, len(self.t) - 1, TABLE_ROWS).round().astype(int))
-        decimals = significant_decimals(self.error)
-        return {
-            "t [T*]": [f"{self.t[k]:.6g}" for k in rows],
-            "gamma": [f"{self.gamma[k]:.6g}" for k in rows],
-            "tip x [L]": [f"{self.tip[k, 0]:.{decimals}f}" for k in rows],
-            "tip y [L]": [f"{self.tip[k, 1]:.{decimals}f}" for k in rows],
-            "energy [E I / L]": [f"{self.energy[k]:.6g}" for k in rows],
+        units = self.beam.units
+        length = units.length if units else 1.0
+        decimals = significant_decimals(length * self.error)
+        time, speed = {"t [T*]": self.t}, {"gamma": self.gamma}
+        energy = {"energy [E I / L]": self.energy}
+        if units:
+            time, speed = {"t [s]": self.t * units.time}, {"speed [rpm]": units.rpm(self.gamma)}
+        if units and units.force is not None:
+            energy = {"energy [J]": self.energy * units.force * units.length}
+        tip = dict(zip(("x", "y"), length * self.tip.T, strict=True))
+        unit = "m" if units else "L"
+        general = {name: [f"{row[k]:.6g}" for k in rows] for name, row in (time | speed).items()}
+        places = {
+            f"tip {name} [{unit}]": [f"{row[k]:.{decimals}f}" for k in rows]
+            for name, row in tip.items()
         }
+        last = {name: [f"{row[k]:.6g}" for k in rows] for name, row in energy.items()}
+        return general | places | last
 
     def to_xarray(self) -> "xarray.Dataset":
         """An xarray.Dataset: gamma, angle, tip and energy over t; the model, the numbers, error,

@@ -16,7 +16,7 @@ from beamviz.frequency_loci.events.record import Event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
-from beamviz.units import usual_measure
+from beamviz.units import Units, usual_measure
 
 MAX_ROWS = 21  # of the table of frequencies
 
@@ -144,18 +144,21 @@ def described_range(loci: Loci) -> str:
 
 
 def frequency_lines(loci: Loci) -> list[str]:
-    """The table of frequencies, thinned to at most MAX_ROWS values."""
+    """The table of frequencies, in Hz for a beam in SI, thinned to at most MAX_ROWS values."""
     count = len(loci.values)
+    unit, rate_unit = ("Hz", "1/s") if loci.units else ("1/T*", "1/T*")
     step = math.ceil((count - 1) / (MAX_ROWS - 1))
     rows = [*range(0, count - 1, step), count - 1]
-    columns = {f"{branch.label}  ": [*branch_cells(branch, rows)] for branch in loci.branches}
+    columns = {
+        f"{branch.label}  ": [*branch_cells(branch, rows, loci.units)] for branch in loci.branches
+    }
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     places = {loci.over: loci.values} | {f"[{key}]": row for key, row in si_values(loci).items()}
     leading = {name: [f"{row[i]:.7g}" for i in rows] for name, row in places.items()}
     table = aligned_table({**leading, **columns})
-    lines = [f"Frequencies [1/T*]{thinned}", *table]
+    lines = [f"Frequencies [{unit}]{thinned}", *table]
     if any(np.nan_to_num(branch.growth_rate[rows]).any() for branch in loci.branches):
-        lines.append("+, -: growth rate [1/T*] of a mode that grows or decays")
+        lines.append(f"+, -: growth rate [{rate_unit}] of a mode that grows or decays")
     if any(cell[-1] in "bsmfl" for cells in columns.values() for cell in cells):
         letters = "b, s, m: bending, stretching or mixed there"
         if loci.problem.in_space:
@@ -164,13 +167,15 @@ def frequency_lines(loci: Loci) -> list[str]:
     return lines
 
 
-def branch_cells(branch: Branch, rows: list[int]) -> Iterator[str]:
-    """Frequencies of a branch, significant decimals; a letter marks a kind unlike the label's."""
-    errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
+def branch_cells(branch: Branch, rows: list[int], units: Units | None) -> Iterator[str]:
+    """Frequencies of a branch, in Hz with units, significant decimals; a letter marks a kind
+    unlike the label's."""
+    factor, per_time = (units.hertz(1.0), 1 / units.time) if units else (1.0, 1.0)
+    errors = [factor * branch.error[i] for i in rows if branch.mode_index[i] >= 0]
     decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:
-        value, letter = branch.frequency[i], (branch.kinds[i] or "").lower()
-        rate = branch.growth_rate[i]
+        value, letter = factor * branch.frequency[i], (branch.kinds[i] or "").lower()
+        rate = per_time * branch.growth_rate[i]
         text = f"{value:.{decimals}f}" if math.isfinite(value) else "unstable"
         if rate:
             text = f"{text} {rate:+.{decimals}f}"

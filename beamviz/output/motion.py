@@ -61,6 +61,25 @@ def si_columns(motion: Motion) -> dict[str, NDArray]:
     return columns
 
 
+def described_drive(motion: Motion) -> str:
+    """How the hub is driven; of a beam in SI with its first and its last speed, too."""
+    text, units = motion.drive.described, motion.beam.units
+    if units is None:
+        return text
+    first, last = units.rpm(motion.gamma[[0, -1]])
+    speeds = f"{first:.6g} rpm" if first == last else f"{first:.6g} to {last:.6g} rpm"
+    return f"{text}: {speeds}"
+
+
+def described_tip(motion: Motion) -> str:
+    """The error and the ends of the deflection of the tip, in metres for a beam in SI."""
+    units = motion.beam.units
+    length, unit = (units.length, " m") if units else (1.0, "")
+    error = f"{length * motion.error:.1g} {'m' if units else 'L'}"
+    least, greatest = length * motion.tip[:, 1].min(), length * motion.tip[:, 1].max()
+    return f"within {error}; least deflection {least:.6g}{unit}, greatest {greatest:.6g}{unit}"
+
+
 def motion_table(motion: Motion) -> str:
     """The beam, its drive and the motion at some times, to be read in a terminal."""
     beam, stats = motion.beam, motion.stats
@@ -71,10 +90,9 @@ def motion_table(motion: Motion) -> str:
     heading += [
         f"Model        {model['strain']} strain, {model['curvature']} curvature, chordwise with"
         f" Coriolis, damping {model['damping']:g}",
-        f"Drive        {motion.drive.described}",
-        f"Tip          within {motion.error:.1g} L; least deflection {motion.tip[:, 1].min():.6g},"
-        f" greatest {motion.tip[:, 1].max():.6g}",
-        *([described_stress(stress)] if (stress := motion.greatest_stress) else []),
+        f"Drive        {described_drive(motion)}",
+        f"Tip          {described_tip(motion)}",
+        *([described_stress(stress, beam.units)] if (stress := motion.greatest_stress) else []),
     ]
     footer = (
         f"{model['method']}, {model['integrator']}: {plural(stats.elements, 'element')} of order"

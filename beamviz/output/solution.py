@@ -11,7 +11,7 @@ from beamviz.output.shape_polynomials import elastodyn_lines, shape_polynomials
 from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.solver.stability import INSTABILITIES
 from beamviz.tables import aligned_table, mode_columns, plural
-from beamviz.units import BY_NAME, usual_measure
+from beamviz.units import BY_NAME, Units, usual_measure
 
 EQUILIBRIUM_KEYS = (
     *("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"),
@@ -80,12 +80,14 @@ def stress_record(stress: GreatestStress | None) -> dict[str, float]:
     return {"max_stress_pascals": stress.pascals, "max_stress_at": stress.at, **time}
 
 
-def described_stress(stress: GreatestStress) -> str:
-    """The line of the greatest stress of a beam, and of its yield stress where it is known."""
+def described_stress(stress: GreatestStress, units: Units | None = None) -> str:
+    """The line of the greatest stress of a beam, and of its yield stress where it is known; of a
+    motion with its time, in seconds in these units."""
     without = (
         "" if stress.with_bending else " without that of bending (section_height is not known)"
     )
-    when = "" if stress.t is None else f", t = {stress.t:.4g} T*"
+    time, unit = (units.time, "s") if units else (1.0, "T*")
+    when = "" if stress.t is None else f", t = {time * stress.t:.4g} {unit}"
     place = f"x/L = {stress.at:.4g}{when}"
     text = f"Stress       greatest {stress.pascals / 1e6:.5g} MPa at {place}{without}"
     if stress.yield_stress is None:

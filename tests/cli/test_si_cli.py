@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -208,6 +209,32 @@ def test_places_along_a_long_beam_are_in_metres(run, tmp_path):
     assert figure.axes[0].get_ylabel() == "deflection of the tip [m]"
     drawn = figure.axes[0].lines[0].get_ydata()
     assert drawn == pytest.approx(61.5 * moved.tip[:, 1])
+
+
+def test_tables_are_in_si(run, uniform):
+    """Frequencies in Hz along a sweep in rpm; a motion in seconds, rpm, metres and joules."""
+    units = Beam.from_toml(uniform).units
+    assert units is not None
+    code, sweep, _ = run(
+        "loci", "--si", uniform, "--over", "rpm", "--start", "0", "--stop", "300", "--points", "3"
+    )
+    assert code == 0
+    lines = sweep[sweep.index("Frequencies [Hz]") :].splitlines()
+    assert lines[1].split()[:3] == ["gamma", "[rpm]", "B1"]
+    still = solve(Beam.from_toml(uniform).replace(gamma=0.0)).frequencies[0]
+    assert float(lines[2].split()[2]) == pytest.approx(units.hertz(still), abs=1e-5)
+
+    options = ("motion", "--si", uniform, "--until", "0.2s", "--ramp-to", "120rpm")
+    code, moved, _ = run(*options, "--within", "0.1s")
+    assert code == 0
+    header = next(line for line in moved.splitlines() if line.startswith("t [s]"))
+    assert re.split(" {2,}", header.strip()) == [
+        "t [s]", "speed [rpm]", "tip x [m]", "tip y [m]", "energy [J]",
+    ]  # fmt: skip
+    last = [line for line in moved.splitlines() if line.strip().startswith("0.2 ")][-1].split()
+    assert float(last[1]) == pytest.approx(120)
+    moved_tip = csv.DictReader(io.StringIO(run(*options, "--within", "0.1s", "--format", "csv")[1]))
+    assert float(last[2]) == pytest.approx(float([*moved_tip][-1]["tip_x_m"]), abs=1e-4)
 
 
 def test_charts_are_in_si(uniform):

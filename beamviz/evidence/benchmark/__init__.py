@@ -17,7 +17,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from beamviz.evidence.benchmark import motion, work_precision
+from beamviz.evidence.benchmark import blade, motion, work_precision
 from beamviz.evidence.benchmark.external import PEERS
 from beamviz.evidence.benchmark.motion_chart import draw_curves, draw_map
 from beamviz.evidence.benchmark.work_precision import (
@@ -82,7 +82,8 @@ REASONS = {  # part of a reason: its short form in the chart
 
 def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     """Write benchmark.png, .svg and .json to a folder, and motion.json, motion-time-error and
-    motion-failures of the motions in time; the ratios as text.
+    motion-failures of the motions in time, with other programs also blade.json and
+    blade-time-error; the ratios as text.
 
     `release` is the version of beamviz that they name. Raises Unavailable, before anything is
     measured, for a folder that cannot be written to.
@@ -98,8 +99,14 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     work = motion.QUICK if quick else motion.FULL
     motions = motion.measure(work, peers, print_progress)
     cells = motion.trials(motion.NAMES, work.mus, work.steps, print_progress)
-    write_files(folder, files(rows, about) | motion_files(motions, cells, about))
-    return "\n".join([*summary(rows), "", *motion.summary(motions)])
+    contents = files(rows, about) | motion_files(motions, cells, about)
+    lines = [*summary(rows), "", *motion.summary(motions)]
+    if peers:
+        blades = blade.measure()
+        contents |= blade_files(blades, about)
+        lines += ["", *blade.summary(blades)]
+    write_files(folder, contents)
+    return "\n".join(lines)
 
 
 def print_progress(line: str) -> None:
@@ -118,6 +125,13 @@ def motion_files(
     pictures = picture_files(draw_curves(rows), "motion-time-error")
     pictures |= picture_files(draw_map(cells), "motion-failures")
     return pictures | {"motion.json": (json_text(data, indent=1) + "\n").encode()}
+
+
+def blade_files(rows: list[blade.BladeRow], about: dict[str, Any]) -> dict[str, bytes]:
+    """The contents of the files of the blade, by name."""
+    data = {**about, "time against error": [row._asdict() for row in rows]}
+    pictures = picture_files(blade.draw(rows), "blade-time-error")
+    return pictures | {"blade.json": (json_text(data, indent=1) + "\n").encode()}
 
 
 def environment(solvers: tuple[Solver, ...], quick: bool, release: str) -> dict[str, Any]:

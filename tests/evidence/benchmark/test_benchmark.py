@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from helpers import contents, load_script
 
-from beamviz import NoEquilibrium, NotConverged, solve
-from beamviz.errors import BeamvizError
+from beamviz import Beam, NoEquilibrium, NotConverged, solve
+from beamviz.errors import BeamvizError, LeftOut
 from beamviz.evidence import benchmark
 from beamviz.evidence.benchmark import (
     METHODS,
     PEERS,
     SCENES,
     SolveRow,
+    blade,
     motion,
     time_to_error,
     work_precision,
@@ -29,6 +30,7 @@ from beamviz.evidence.benchmark.work_precision import (
     measure,
     relative_error,
 )
+from beamviz.presets import preset
 from beamviz.solver import METHODS as METHOD_NAMES
 
 ROOT = Path(__file__).parents[3]
@@ -45,7 +47,7 @@ LITTLE_MOTION = motion.MotionEffort(
     mus=(20.0,),
     steps=(0.5,),
 )
-CHARTS = ("benchmark", "motion-time-error", "motion-failures")
+CHARTS = ("benchmark", "motion-time-error", "motion-failures", "blade-time-error")
 
 
 @pytest.mark.slow
@@ -213,7 +215,10 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     code, out, err = run("benchmark", "--out", str(tmp_path), "--quick", "--peers")
     assert code == 0, err
     pictures = [f"{name}.{end}" for name in CHARTS for end in ("png", "svg")]
-    assert set(contents(tmp_path)) == {*pictures, "benchmark.json", "motion.json"}
+    assert set(contents(tmp_path)) == {*pictures, "benchmark.json", "motion.json", "blade.json"}
+    blades = json.loads((tmp_path / "blade.json").read_text())["time against error"]
+    assert {row["name"] for row in blades} == {"auto", "pyBModes"}
+    assert all(row["error"] < row["resolution"] for row in blades if row["name"] == "auto")
     data = json.loads((tmp_path / "benchmark.json").read_text())
     reasons = {r["name"]: r["reason"] for r in data["rows"]}
     assert set(reasons) == {"auto", "power-series", "fake"}
@@ -240,3 +245,21 @@ def test_the_chart_names_every_line_and_every_failure():
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert set(benchmark.LINE_STYLES) <= set(texts)
     assert "× auto (1): no equilibrium beyond γ = 1.5" in texts
+
+
+def test_a_blade_is_given_to_another_program_as_it_is(tmp_path):
+    """Read again, its files have the frequencies of the preset."""
+    beam = preset(blade.PRESET).beam
+    with pytest.warns(LeftOut):
+        read = Beam.from_file(blade.write_elastodyn(beam, tmp_path, "title"))
+    found, given = (
+        each.units.hertz(solve(each, plane="both").frequencies) for each in (read, beam)
+    )
+    assert found == pytest.approx(given, rel=1e-3)  # without the axial stiffness
+
+
+def test_pybmodes_converges_on_a_blade():
+    """From 25 to 400 nodes by a factor of ten at least, where it is installed."""
+    pytest.importorskip("pybmodes", reason="pyBModes is not installed")
+    rows = [row for row in blade.measure() if row.name == blade.PYBMODES]
+    assert rows[-1].error < 0.1 * rows[0].error < 0.01
