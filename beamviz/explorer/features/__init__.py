@@ -20,12 +20,14 @@ from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpTab
+from beamviz.explorer.features.sound import Sound
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.features.veering_inset import VeeringInset
 
 FEATURES: tuple[type[Feature], ...] = (
     Controls,
     AnswerPanel,
+    Sound,
     RealBeamPanel,
     BladePanel,
     LociTab,

@@ -95,6 +95,7 @@ CONTENT = {
         page.slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
         + page.slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
+        + '<div id="sound-row"></div>'  # see sound.py
     ),
     "picture": (
         page.select("colouring", "colour", COLOURINGS)

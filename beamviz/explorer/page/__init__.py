@@ -41,7 +41,7 @@ SCRIPTS = (
     "server/viser.js",
     "drawing/plain_scene.js",
     "drawing/captions.js",
-    *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map")),
+    *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map", "sound")),
 )
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
