@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from beamviz.adjusting import adjust
 from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.frequency_loci import Event, loci
@@ -66,6 +67,9 @@ class Lesson:
     reading: str  # a phrase with placeholders for the numbers of the gauge
     level: float | None = None  # the gauge's first number at the answer, which is then solved for
     answer_in_fact: int = 0  # without a level: the index of the answer in the numbers of the fact
+    # The largest value of the gauge's first number that is accepted, where other numbers are free
+    # that it depends on.
+    at_most: float | None = None
     free: tuple[str, ...] = ()  # other numbers and options that may differ from the scene's
 
     @cached_property
@@ -112,7 +116,7 @@ class Lesson:
         if obstacle := self._obstacle(beam, options):
             return Verdict(False, obstacle)
         value = pull_at if self.of_pull else getattr(beam, self.number)
-        if abs(self.answer - value) > self.within:
+        if abs(self.answer - value) > self.within or self._exceeds(beam, options):
             return Verdict(False, "")
         near = f"is within {self.within:g} of {self.answer:.5g}"
         symbol = "x" if self.of_pull else NUMBERS[self.number].symbol
@@ -131,6 +135,16 @@ class Lesson:
         except BeamvizError:
             return UNDEFINED
         return self.reading.format(*values) if np.isfinite(values).all() else UNDEFINED
+
+    def _exceeds(self, beam: Beam, options: Mapping[str, Any]) -> bool:
+        """Whether the first number of the gauge is above `at_most`, or is not known."""
+        if self.at_most is None:
+            return False
+        try:
+            first = float(np.ravel(self.gauge(solve(beam, **options)))[0])
+        except BeamvizError:
+            return True
+        return not first <= self.at_most
 
     def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
         """The change to undo before the challenge can be met, or ""."""
@@ -205,6 +219,38 @@ def twisted_shares() -> tuple[float, float, float, float]:
     first, second, third = shares(60)
     twist = brentq(lambda twist: shares(twist)[2] - 0.25, 1, 89, xtol=1e-9)
     return first, second, third, twist
+
+
+MEASURED = {"B1": 2.197, "B2": 21.74, "B3": 49.86, "S1": 67.97, "B4": 104.7}  # of a hidden mass
+HIDDEN = Beam(alpha=0.9, beta=0.75)  # which has these frequencies
+
+
+def misfit(solution: Solution) -> float:
+    """Root mean square of the relative differences [%] of five frequencies from those measured."""
+    differences = [labelled(solution, label) / omega - 1 for label, omega in MEASURED.items()]
+    return 100 * float(np.sqrt(np.mean(np.square(differences))))
+
+
+def hidden_mass() -> tuple[float, float, float, float]:
+    """The mass and its position that fit the five frequencies measured; and of the masses that fit
+    the first two the one that is farthest from it."""
+    free = {"alpha": (0.0, 5.0), "beta": (0.05, 1.0)}
+    five, two = (
+        adjust(
+            MIDDLE,
+            free,
+            measured={
+                "mode": [*MEASURED][:count],
+                "frequency": [*MEASURED.values()][:count],
+                "error": [0.001 * omega for omega in MEASURED.values()][:count],
+            },
+        )
+        for count in (5, 2)
+    )
+    mass, place = five.free["alpha"], five.free["beta"]
+    others = (two.free, *two.alternatives)
+    other = max(others, key=lambda values: abs(values["beta"] - place))
+    return mass, place, other["alpha"], other["beta"]
 
 
 def resonance(per_rev: int, label: str) -> float:

@@ -23,7 +23,9 @@ from beamviz.explorer.experiment import RANGES
 from beamviz.lessons import INWARD, LESSONS, NAMED, ON_A_HUB
 from beamviz.lessons.model import (
     BARE,
+    HIDDEN,
     KANE,
+    MEASURED,
     MIDDLE,
     MIN_MASS,
     SPIN_UP_TIME,
@@ -203,6 +205,22 @@ def test_hear_the_modes(lesson):
     assert at_tip == pytest.approx(100 * (3.516015 / 22.0344916) ** 2, rel=0.01)
     assert node == lesson.answer == pytest.approx(0.783445, abs=1e-6)
     assert at_node < 0.005 * at_tip
+
+
+def test_unknown_mass(lesson):
+    """The measured frequencies are those of the hidden mass, in their four digits; the first two
+    are those of the other mass, too, whose others are not. Only both numbers meet the challenge."""
+    mass, place, other_mass, other_place = lesson.numbers
+    text = [float(number) for number in re.findall(r"\d+\.\d+", lesson.do)]
+    assert sorted(MEASURED.values()) == sorted(text)
+    for beam in (HIDDEN, Beam(alpha=mass, beta=place)):
+        found = sorted(truth(beam, 5).frequencies)
+        assert found == pytest.approx(sorted(MEASURED.values()), rel=1e-3)
+    other = sorted(truth(Beam(alpha=other_mass, beta=other_place), 5).frequencies)
+    assert other[:2] == pytest.approx(sorted(MEASURED.values())[:2], rel=1e-3)
+    assert abs(other[2] / 49.86 - 1) > 0.01
+    assert lesson.check(Beam(alpha=mass, beta=place), lesson.scene.options).met
+    assert not lesson.check(Beam(alpha=1.2 * mass, beta=place), lesson.scene.options).met
 
 
 def test_buckling(lesson):
