@@ -46,7 +46,7 @@ NAMES = {
     "mass_factor": "factor on ρA",
 }
 MAX_CHARACTERS = 50_000  # of the measured frequencies
-STRONG = 0.9  # a correlation that is told
+STRONG = 0.95  # a correlation that is told
 JOB, EFFECTS = "adjusted beam", "sensitivities"
 
 Bounds = tuple[float, float]
@@ -235,6 +235,8 @@ MEASURED_HELP = (
 )
 EXAMPLE = "gamma, mode, frequency, error"
 INPUTS = page.select("goal", "goal", GOALS)
+INPUTS += page.button("Adjust", id="adjust-button", class_="main", data_do="adjust.run")
+INPUTS += '<div id="adjust-work" role="status"></div>'
 INPUTS += (
     '<div id="adjust-measured"><label for="measured-text">measured frequencies (CSV)</label>'
     f"{page.hint('measured frequencies', MEASURED_HELP)}"
@@ -257,8 +259,6 @@ INPUTS += (
     '<th scope="col">from</th><th scope="col">to</th></tr></thead><tbody>'
     f"{''.join(map(free_row, FREE))}</tbody></table>"
 )
-INPUTS += page.button("Adjust", id="adjust-button", class_="main", data_do="adjust.run")
-INPUTS += '<div id="adjust-work" role="status"></div>'
 CONTENT = (
     f'<div class="adjust-tab"><div class="tools">{INPUTS}</div>'
     '<div class="lists"><div id="adjust-answer" role="status"></div>'
@@ -478,7 +478,7 @@ def doubts(found: Adjusted) -> str:
             r = float(found.correlations[i, j])
             if abs(r) >= STRONG:
                 both = f"{names[keys[i]]} and {names[keys[j]]}"
-                texts.append(f"{both}: correlation {r:.3f}, nearly one number for these data.")
+                texts.append(f"{both}: correlation {r:.3f}, hard to tell apart by these data.")
     texts += [f"{names[name]} is at the end of its range." for name in found.at_bounds]
     for other in found.alternatives:
         values = ", ".join(
