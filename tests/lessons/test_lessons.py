@@ -296,7 +296,10 @@ def case(one: Lesson, value: float) -> tuple[Beam, dict[str, Any], float]:
     """The arguments of `check` with a value of the number of the challenge."""
     if one.of_pull:
         return one.scene.beam, one.scene.options, value
-    return one.scene.beam.replace(**{one.number: value}), one.scene.options, 1.0
+    beam = one.scene.beam.replace(**{one.number: value})
+    if one.at_most is not None:  # it has a second number, the first of the fact
+        beam = beam.replace(alpha=one.numbers[0])
+    return beam, one.scene.options, 1.0
 
 
 @EACH
