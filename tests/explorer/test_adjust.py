@@ -68,3 +68,23 @@ def test_targets_that_no_beam_meets_leave_the_scene(guest, session):
 def test_the_tab_tells_what_moves_the_mode_shown(guest, session):
     guest.do("tab", "adjust")
     guest.wait(lambda _: "adjust-bar" in guest.texts["adjust-effects"])
+
+
+def test_the_chart_shows_the_measured_points(guest):
+    """At their speeds, with a bar of one standard deviation to both sides; over another number at
+    that of the beam."""
+    guest.do("adjust.measured", measured(0.7, 0.6, error=0.5))
+
+    def points() -> list:
+        marks = guest.charts["loci-chart"].get("marks", [])
+        return [mark for mark in marks if mark["kind"] == "measured"]
+
+    guest.wait(lambda _: len(points()) == 2 * len(GAMMAS))
+    lines = guest.charts["loci-chart"]["lines"]
+    bars = [line for line in lines if line["runs"][0][2] == "measured"]
+    assert [bar["at"][0] for bar in bars] == [mark["x"] for mark in points()]
+    assert [bar["y"][1] - bar["y"][0] for bar in bars] == pytest.approx([1.0] * len(bars))
+    guest.do("over", "alpha")
+    guest.wait(lambda _: {mark["x"] for mark in points()} == {PAPER.alpha})
+    guest.do("adjust.measured", "frequency\nfast")
+    guest.wait(lambda _: not points())

@@ -1,6 +1,7 @@
 """The tab Adjust: the beam that fits measured frequencies, meets targets, or keeps clear of per-rev
 lines, and what moves the frequency of a mode most."""
 
+import contextlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,6 +14,7 @@ import numpy as np
 from beamviz.adjusting import adjust, per_rev_lines, speed_range
 from beamviz.adjusting.free_numbers import FACTORS, free_number, usual_bounds
 from beamviz.adjusting.measured import (
+    MeasuredFrequency,
     columns_of_text,
     measured_frequencies,
     target_frequencies,
@@ -203,6 +205,16 @@ def display(name: str, beam: Beam) -> Measure:
     if name in NUMBERS:
         return measure(name, beam.units)
     return Measure(NAMES[name], NAMES[name])
+
+
+def measured_points(state: State) -> list[MeasuredFrequency]:
+    """The measured frequencies that are typed; none while there is an error in them."""
+    text = state.slice(AdjustState).measured
+    if not text.strip():
+        return []
+    with contextlib.suppress(InvalidInput):
+        return measured_frequencies(state.case.beam, columns_of_text(text))
+    return []
 
 
 # The tab

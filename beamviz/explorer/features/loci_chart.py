@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -23,6 +24,7 @@ from beamviz.explorer.computed_loci import (
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, fading, waiting
+from beamviz.explorer.features.adjust import measured_points
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -117,7 +119,11 @@ class LociTab(Feature):
     def content(self, snapshot: Snapshot) -> Content:
         answer = snapshot.job_answer(CHART)
         return (
-            chart_content(answer, second_chart(snapshot), snapshot.state.per_rev)
+            with_measured(
+                chart_content(answer, second_chart(snapshot), snapshot.state.per_rev),
+                answer,
+                snapshot.state,
+            )
             | margins_content(snapshot)
             | axes_options(snapshot.state.case, "loci-over")
             | cursor_content(answer, snapshot.entered_beam)
@@ -178,6 +184,30 @@ def chart_content(
     content |= page.chart("loci-chart", chart_data(chart, multiples, second))
     content |= page.html("loci-events", event_table(chart) + notes(chart))
     return content | page.html("loci-resonances", resonance_table(chart, multiples))
+
+
+def with_measured(
+    content: Content, answer: Answer[ChartRequest, Chart] | None, state: State
+) -> Content:
+    """The content of a chart with the measured frequencies, those without a value on its axis at
+    the number of the beam, each with a bar of one standard deviation to both sides."""
+    if answer is None or answer.result is None:
+        return content
+    axes = along, across = answer.request.measures
+    over, points, bars = answer.request.over, list[page.Data](), list[page.Data]()
+    for k, row in enumerate(measured_points(state), 1):
+        at = dict(row.numbers).get(over, state.case.numbers[over])
+        text = f"measured {row.mode}: {along.text(at, 4)}, {across.text(row.frequency, 5)}"
+        points.append(page.mark(f"measured {k}", "measured", axes, (at, row.frequency), text))
+        if math.isfinite(row.error):
+            x = float(along.factor * at)
+            ends = [float(across.factor * (row.frequency + d)) for d in (-row.error, row.error)]
+            bars.append({"label": "", "at": [x, x], "y": ends, "runs": [[0, 1, "measured", ""]]})
+    if not points:
+        return content
+    added = {"lines": bars, "marks": points, "keys": page.keys([], points)}
+    paths = {("charts", "loci-chart", part): data for part, data in added.items()}
+    return content | {path: [*content[path], *data] for path, data in paths.items()}
 
 
 def no_chart(answer: Answer[ChartRequest, Chart]) -> str:

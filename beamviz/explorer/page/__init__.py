@@ -53,7 +53,7 @@ HYPHEN = re.compile(r"-(?<![\w.-]-)(?=\.?\d)(?![^<>]*>)")
 POWER = re.compile(r"\^([234])(?!\d)(?![^<>]*>)")
 SQRT = re.compile(r"sqrt(?<!\wsqrt)(?=\()(?![^<>]*>)")
 RAISED = {"2": "²", "3": "³", "4": "⁴"}
-SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
+SIGNS = {"point": "", "here": "◎", "measured": "◇"}  # of marks that are no events
 
 REFUSED = "The server does not know this action: {}. It may be another version: reload the page."
 
