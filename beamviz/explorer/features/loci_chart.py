@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
