@@ -407,7 +407,7 @@ class Edits:
         yield self.deal(ALL)
         if about != "lessons" and guest.state.slice(LessonState).lesson and chance.random() < LEFT:
             yield "lesson", ""
-        if about in tabs(PAGE) and guest.visitor.parts["open"] != about:
+        if about in tabs(PAGE) and guest.visitor.parts.get("open") != about:
             yield "tab", about
         if chance.random() < POSSIBLE_PART:
             yield from iter(lambda: possible_again(guest, about), None)
