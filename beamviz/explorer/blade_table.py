@@ -204,6 +204,9 @@ def parse_table(text: str, columns: Sequence[Column]) -> Rows:
     rows = [list(row.cells) for row in delimited.rows_of(Text("the table", text))]
     if not rows:
         raise InvalidInput("the table is empty")
+    if all(len(row) == 1 for row in rows):
+        heads = ", ".join(column.head for column in columns if not column.optional)
+        raise InvalidInput(f"the table has one column; it needs {heads}")
     placed = [PlacedColumn(k) for k in range(len(columns))]
     if all(re.search("[A-Za-z]", cell) and not is_number(cell) for cell in rows[0]):
         placed = [column_of(cell, columns) for cell in delimited.names_with_units(rows)]

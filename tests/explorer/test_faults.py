@@ -20,7 +20,7 @@ import websockets.exceptions
 from live.server import CAMERA_MESSAGE, TIMEOUT, encoded, last_until, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import Beam
 from beamviz.explorer import FrameLoop, explorer, frame_loop, jobs, solutions
 from beamviz.scene import Scene
 from beamviz.server import connection, viser_private
@@ -139,10 +139,11 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
     """Every action is sent three times with a value that is invalid for most; the session
     continues, and the log has at most one line for each kind of error."""
     beam = PAPER.replace(gamma=12)
+    file = f"twelve.toml\n{Scene(beam).to_toml()}"
 
     def is_solved(guest: Visitor, own: Any) -> bool:
-        """Set the numbers, and again, as a file may be loaded meanwhile."""
-        guest.set(**{name: getattr(beam, name) for name in NUMBERS})
+        """Open a file, and again, as a job may end meanwhile."""
+        guest.do("load", file)
         answer, *_ = own.solver.compared
         return answer is not None and answer.beam == beam
 

@@ -270,7 +270,7 @@ def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
 
 @pytest.mark.parametrize("name", ["veering", *slow("stiffening")])
 @pytest.mark.parametrize(
-    "size", [(1440, 900), (390, 844), *slow(((1280, 720),), ((960, 1080),))], ids=str
+    "size", [(1440, 900), (390, 844), *slow(((1280, 720),), ((1024, 768),), ((940, 1080),))], ids=str
 )
 def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     """Below what there is to do, in the lesson and in the page; the next step begins at its top."""
@@ -298,7 +298,7 @@ def test_a_met_challenge_is_seen(desk):
         desk.send("lesson", "", until=f"{by_id('lesson')}.hidden")
 
 
-@pytest.mark.parametrize("size", [(390, 844), *slow(((960, 1080),))], ids=str)
+@pytest.mark.parametrize("size", [(390, 844), *slow(((940, 1080),))], ids=str)
 @pytest.mark.parametrize("name", ["mode-shift", *slow("veering"), *slow("nodes")])
 def test_what_a_lesson_watches_is_in_view_beside_every_slider(desk, size, name):
     """The frequencies, and in the challenge its number, while any slider of the beam is dragged."""
