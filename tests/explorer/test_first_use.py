@@ -270,7 +270,9 @@ def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
 
 @pytest.mark.parametrize("name", ["veering", *slow("stiffening")])
 @pytest.mark.parametrize(
-    "size", [(1440, 900), (390, 844), *slow(((1280, 720),), ((1024, 768),), ((940, 1080),))], ids=str
+    "size",
+    [(1440, 900), (390, 844), *slow(((1280, 720),), ((1024, 768),), ((940, 1080),))],
+    ids=str,
 )
 def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     """Below what there is to do, in the lesson and in the page; the next step begins at its top."""
