@@ -1,5 +1,6 @@
 """The beam in a viser scene: alone, with a second beam overlaid, or with each mode in a row."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.sizes import largest_reach, sections
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import Measure, frequencies
+from beamviz.tables import plural
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
@@ -143,6 +145,16 @@ class BeamView:
             self.surroundings.rotate(angle, self.share)
         self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
 
+    def count_periods(self, phases: np.ndarray) -> None:
+        """Say how many periods are over of the slowest mode that the beam moves in: each begins at
+        the largest displacement."""
+        if self.drawn.shown:
+            k = min(self.drawn.shown, key=lambda k: self.drawn.shapes.frequencies[k])
+            count = int((phases[k].real - math.pi / 2) / (2 * math.pi))
+            label = self.drawn.shapes.labels[k]
+            counted = f": {plural(count, 'period')} of {label}" if count else ""
+            self.title.text = self.drawn.title + counted
+
 
 def capped(section: np.ndarray) -> list[int]:
     """The pieces (0-based) with a section that another does not continue: the first, the last, and
@@ -249,3 +261,6 @@ class BeamScene:
             beam.move(phases, angle)
         if self.second:
             self.second.move(other_phases, angle)
+            if not self.second.overlay and self.second.drawn.shown:
+                self.rows[0].count_periods(phases)
+                self.second.count_periods(other_phases)

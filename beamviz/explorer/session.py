@@ -166,8 +166,6 @@ class Session:
         page = self.visitor.page
         for feature in self.features:
             page.show(feature.content(snapshot))
-        captions = [caption.data for caption in self.view.captions]
-        page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs; where that is postponed, let them
@@ -203,6 +201,8 @@ class Session:
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
+        captions = [caption.data for caption in self.view.captions]
+        self.visitor.page.show({("captions",): captions})
         for feature in self.features:
             feature.move(snapshot)
 
