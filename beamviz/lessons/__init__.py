@@ -75,7 +75,8 @@ LESSONS = (
         ),
         right=1,
         scene=Scene.of(alpha=1, beta=1, mode=1, over="beta"),
-        do="Drag **position β** from 1, the tip, down to 0, the hub.",
+        do="Take the mass in the scene and slide it from the tip to the hub, or drag **position β**"
+        " from 1 to 0.",
         see="The frequency of B1: most of the change happens in the outer half.",
         meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
         " the hub there is hardly any motion, and the mass has hardly any effect. What counts is"
@@ -97,7 +98,8 @@ LESSONS = (
         guesses=("No, a mass always slows the beam.", "Yes, there is such a place."),
         right=1,
         scene=Scene.of(alpha=1, beta=0.5, mode=2, over="beta"),
-        do="The picture shows B2. Drag **position β**, then **mass α**, and watch its ω.",
+        do="The picture shows B2. Slide the mass along the beam, or drag **position β**, then drag"
+        " **mass α**, and watch ω of B2.",
         see="The pink ring: there the beam does not move. With the mass at the ring, making it"
         " heavier no longer changes B2.",
         meaning="In each mode, some places of the beam do not move at all, the *vibration nodes*. A"
@@ -212,9 +214,9 @@ LESSONS = (
         right=1,
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
         do="**Coriolis** is on now. In **Frequencies**, click the dot where S1 and B3 come closest,"
-        " then open **Veering**.",
-        see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
-        " the other way round.",
+        " then open **Veering** and drag Coriolis to 0 % and back to 100 %.",
+        see="Magnified, the lines bend away before they touch: the gap opens with the force."
+        " Stretching continues as bending, and the other way round.",
         meaning="A particle that moves along a rotating beam is pushed across it, as on a"
         " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
         " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
