@@ -184,6 +184,7 @@ interface Actions { // the types of their values
   "export": string;
   "export_chart": string;
   "export_motion": string;
+  "export_veering": string;
   "film_length": string;
   "flap": number;
   "following": boolean;
