@@ -34,6 +34,7 @@ OVER_HELP = (
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
 OVER_FORM = "|".join((*NUMBERS, "UNIT"))
+TIP_PATH_HELP = "The curve that the free end runs through."
 DARK_HELP = "Background (default light); of a page too, whatever its reader prefers."
 
 
@@ -199,6 +200,7 @@ SCENE_KEYWORDS = [
     ),
     keyword("mode", int | None, number("Mode to show alone (default 2).", panel="Scene"), None),
     keyword("dark", bool | None, scene_option(DARK_HELP, "--dark/--light"), None),
+    keyword("tip_path", bool | None, scene_option(TIP_PATH_HELP), None),
 ]
 
 
@@ -209,7 +211,7 @@ def scene_from_options(
     the explorer without any of them has a scene of its own."""
     from beamviz.scene import START, Scene
 
-    mode, dark = values.pop("mode"), values.pop("dark")
+    look = {name: values.pop(name) for name in ("mode", "dark", "tip_path")}
     beam, options = beam_and_model(**values)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
@@ -222,7 +224,7 @@ def scene_from_options(
         start = Scene.from_toml(file) if file else Scene()
     if si := values.pop("si"):
         start = replace(start, beam=beam)
-    values |= {**options, "mode": mode, "dark": dark}
+    values |= options | look
     names = (FACTORS.get(name, name) for name in given_options(context))
     given = {name: values[name] for name in names if name in values}
     if context.command.name == "serve" and not (file or lesson or si or given):

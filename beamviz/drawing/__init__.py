@@ -24,6 +24,7 @@ from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.sizes import largest_reach, sections
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import Measure, frequencies
+from beamviz.drawing.tip_path import TipPath
 from beamviz.tables import plural
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
@@ -64,6 +65,7 @@ class BeamView:
         self.bodies = Bodies(scene, root, OPACITY if overlay else None)
         self.joint = None if overlay else RootJoint(scene, root)
         self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
+        self.tip_path = TipPath(scene, root, colours.BEFORE if overlay else colours.TIP_PATH)
         self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
         self.title = Caption(scene, f"{root}/title", "bottom")
         self.line = np.zeros((0, 3))
@@ -89,6 +91,7 @@ class BeamView:
         self.bodies.show(shapes, colour, thicken=view.thicken, inset=inset, labels=labels)
         if self.joint:
             self.joint.show(beam, shapes.plane, self.section[0, 0])
+        self.tip_path.show(drawn)
         self.warning.show(drawn.warning or drawn.note, (beam.delta + 0.5, 0.0, 0.12))
         points, _ = to_hub_frame(shapes, shapes.centreline)
         if self.overlay:  # not at the clamp, which is that of the other beam
@@ -141,6 +144,7 @@ class BeamView:
             self.scene.set_properties(self.ends, **caps)
         self.nodes.move(points, wxyz)
         self.bodies.move(points, wxyz)
+        self.tip_path.move(phases)
         if self.surroundings:
             self.surroundings.rotate(angle, self.share)
         self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))

@@ -198,6 +198,8 @@ class DrawnBeam:
     warning: str = ""  # a text above the beam, which is grey then
     note: str = ""  # a text above a beam that vibrates
     title: str = ""  # a text beside the clamp
+    # (m,) of the phases of its modes, in proportion; None for their frequencies.
+    rates: np.ndarray | None = None
 
     @cached_property
     def amplitudes(self) -> np.ndarray:

@@ -12,6 +12,7 @@ HUB: RGB = (150, 160, 176)
 ROTATION: RGB = (64, 132, 190)
 MASS: RGB = (84, 92, 110)
 NODE: RGB = (204, 60, 140)
+TIP_PATH: RGB = (214, 92, 24)
 GRIP: RGB = (240, 140, 30)  # what is to be taken by the hand
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)

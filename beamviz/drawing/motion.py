@@ -50,6 +50,7 @@ class MotionShapes:
             far = max(far, float(np.linalg.norm(rows.reshape(-1, 2), axis=1).max()))
         self.parts = np.concatenate(parts) * largest
         self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
+        modes = shapes[:count].reshape(count, len(x), 2) / largest[:, None, None]
         self.sampled = SampledModes(
             beam.replace(gamma=0.0),
             plane="chordwise",
@@ -58,9 +59,10 @@ class MotionShapes:
             strain=np.zeros(len(x) - 1),
             labels=tuple(f"{k + 1}" for k in range(count)),
             frequencies=np.zeros(count),
-            modes=shapes[:count].reshape(count, len(x), 2) / largest[:, None, None],
+            modes=modes,
             limits=np.full(count, np.inf),
             largest=far,
+            tip_path=unloaded[-1] + self.parts @ modes[:, -1],
         )
 
     def phases(self, t: float) -> NDArray:

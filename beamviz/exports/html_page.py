@@ -41,6 +41,7 @@ from beamviz.drawing.text import (
     stability_warning,
     strength_text,
 )
+from beamviz.drawing.tip_path import MOST, PERIODS, SAMPLES
 from beamviz.errors import BeamvizError
 from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
@@ -446,6 +447,7 @@ def beam_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
         "ring": RING,
         "ring_colour": row.nodes.colour[0].tolist(),
         "component": component,
+        "path": (PERIODS, MOST, SAMPLES) if row.tip_path.is_shown else None,
     }
 
 

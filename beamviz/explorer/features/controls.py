@@ -34,6 +34,11 @@ PLANES = {
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
+    "tip_path": (
+        "tip's path",
+        "The curve that the free end runs through: a line in a mode, with Coriolis forces an"
+        " ellipse; of several modes that of the last periods",
+    ),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
 CORIOLIS_HINT = (

@@ -279,6 +279,7 @@ interface Actions { // the types of their values
   "tab": string;
   "thicken": boolean;
   "time_methods": boolean;
+  "tip_path": boolean;
   "twist": number;
   "undo": null;
 }
