@@ -113,6 +113,7 @@ class ViewOptions:
     colouring: str = COLOURINGS[0]  # "displacement" or "axial strain"
     ghosts: bool = True  # whether the undeformed beam and its equilibrium are drawn
     nodes: bool = True  # whether vibration nodes are marked
+    forces: bool = False  # whether tension and forces of inertia are drawn
     thicken: bool = False  # whether a slender beam is drawn thicker
     all_modes: bool = False  # whether each mode has its row
     dark: bool = False  # whether the colours are dark

@@ -122,6 +122,14 @@ def si_text(value: float, quantity: str, digits: int) -> str:
     return f"{significant(value / size, digits)} {unit}"
 
 
+def force_text(force: float, units: Units | None, digits: int = 3) -> str:
+    """A force [E I / L^2] with its unit: '2.5 E I / L²', '12.5 N'."""
+    newtons = units.newtons(force) if units else None
+    if newtons is None:
+        return f"{significant(force, digits)} E I / L²"
+    return si_text(newtons, "N", digits)
+
+
 def length_text(length: float, units: Units | None, digits: int) -> str:
     """A length [L] with its unit: '0.15 L', '150 mm', '18 m'."""
     if units is None:

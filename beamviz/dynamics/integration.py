@@ -51,6 +51,12 @@ class Trajectory:
         q = self.q[step] + np.einsum("ts,tsn->tn", E, self.slopes[step])
         return q, self.v[step] + np.einsum("ts,tsn->tn", E, self.rates[step])
 
+    def accelerations_at(self, t: NDArray) -> NDArray:
+        """v' (len(t), n) of the beam at times; at the start of a step those before it."""
+        step = np.clip(np.searchsorted(self.t, t) - 1, 0, len(self.q) - 1)
+        P, _ = legendre_integrals((t - self.t[step]) / np.diff(self.t)[step], self.rates.shape[1])
+        return np.einsum("ts,tsn->tn", P, self.rates[step])
+
 
 @dataclass(frozen=True)
 class IntegratedMotion:

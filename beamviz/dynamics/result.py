@@ -16,6 +16,8 @@ from beamviz.dynamics.integration import Trajectory
 from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.refinement import RefinedMotion
 from beamviz.errors import InvalidInput
+from beamviz.mechanics.inertia import Loading
+from beamviz.solver.constitutive import STRAIN_LAWS
 from beamviz.solver.solution import GreatestStress, read_only, stress_of_deformation
 
 if TYPE_CHECKING:
@@ -78,6 +80,31 @@ class Motion:
         rotating frame. Raises ValueError outside."""
         r = self._states(t).positions(within("x", x, 1.0))
         return np.stack((r.real, r.imag), axis=-1)
+
+    def velocity(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Velocity (len(t), len(x), 2) [L/T*] of the points x in the rotating frame. Raises
+        ValueError as `position`."""
+        q, v = self.trajectory.at(within("t", t, float(self.t[-1])))
+        beam = self.trajectory.beam
+        q, v = q[:, : beam.size], v[:, : beam.size]
+        rates = beam.moving(q, v, np.zeros_like(v), Loading(0.0)).velocities_at(within("x", x, 1.0))
+        return np.stack((rates.real, rates.imag), axis=-1)
+
+    def speed(self, t: ArrayLike) -> tuple[NDArray, NDArray]:
+        """The speed of the hub [1/T*] and its rate [1/T*^2] (len(t),) each."""
+        t = within("t", t, float(self.t[-1]))
+        if not isinstance(self.drive, Hub):
+            return self.drive(t)
+        _, v = self.trajectory.at(t)
+        return v[:, -1], self.trajectory.accelerations_at(t)[:, -1]
+
+    def tension(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Axial force (len(t), len(x)) [E I / L^2] by the strain law, tension positive; at a jump
+        that inboard of it."""
+        x = within("x", x, 1.0)
+        law, blade = STRAIN_LAWS[self.model["strain"]], self.beam.blade
+        axial = 1.0 if blade is None else blade.at("axial", x, inboard=True)
+        return self.beam.mu**2 * axial * law.force(self.stretch(t, x))
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Stretch |r'| (len(t), len(x)); at a jump the stretch inboard of it."""

@@ -24,9 +24,14 @@ class MotionScene:
     rate: time [T*] per second on the screen; seconds: of a film."""
 
     def __init__(
-        self, motion: Motion, unstiffened: LinearMotion | None = None, *, dark: bool = False
+        self,
+        motion: Motion,
+        unstiffened: LinearMotion | None = None,
+        *,
+        dark: bool = False,
+        forces: bool = False,
     ):
-        self.motion, self.scene = motion, Scene.of(nodes=False, dark=dark)
+        self.motion, self.scene = motion, Scene.of(nodes=False, dark=dark, forces=forces)
         count = min(math.ceil(SAMPLES * motion.t[-1]) + 1, MOST_SAMPLES)
         t = np.linspace(0.0, motion.t[-1], max(count, len(motion.t)))
         self.shapes = MotionShapes(motion, t)
@@ -42,7 +47,9 @@ class MotionScene:
     def drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam:
         """The beam, at `scale` [pixels per beam length]."""
         beam, shapes = self.beam(with_mass=with_mass), self.shapes
-        return drawn(shapes.sampled, shapes.amplitudes, beam, self.scene.view, scale)
+        forces = shapes.forces if self.scene.view.forces else None
+        look = self.scene.view, scale
+        return drawn(shapes.sampled, shapes.amplitudes, beam, *look, forces=forces)
 
     def second_drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam | None:
         """That without stiffening; None without one."""
@@ -81,7 +88,9 @@ class MotionScene:
             self.show(beams, drawn.scale, with_mass=with_mass)
         beams.tell_speed(self.shapes.gamma(moment))
         others = self.second.phases(moment) if self.second else None
-        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others)
+        source = beams.view(0).drawn.forces_of_motion
+        forces = source.at(moment) if source else None
+        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others, forces)
 
 
 def beside(unstiffened: LinearMotion | None) -> tuple[NDArray, NDArray, str] | None:

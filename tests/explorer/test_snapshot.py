@@ -49,7 +49,7 @@ SIZE = "size"  # key of those of a page that changes its size
 SIZES = (1280, 720), (390, 480), (1040, 1280), (820, 610)
 SCENE = "scene"  # key of those of them that change what the scene shows of a beam
 OF_SCENE = (
-    *("rotating_frame", "ghosts", "nodes", "thicken", "dark", "all_modes", "colouring"),
+    *("rotating_frame", "ghosts", "nodes", "forces", "thicken", "dark", "all_modes", "colouring"),
     *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
 )
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
@@ -117,7 +117,15 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("pace", chance.choice((0.0, 0.5, 2.0))),
             *[
                 (name, chance.random() < 0.5)
-                for name in ("rotating_frame", "ghosts", "nodes", "thicken", "dark", "playing")
+                for name in (
+                    "rotating_frame",
+                    "ghosts",
+                    "nodes",
+                    "forces",
+                    "thicken",
+                    "dark",
+                    "playing",
+                )
             ],
             *[("all_modes", chance.random() < 0.5)] * 2,
             ("preferences", chance.choice(("", "still", "still dark"))),
