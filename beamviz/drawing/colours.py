@@ -20,8 +20,13 @@ COMPRESSION: RGB = (90, 150, 208)
 FORCES: dict[str, RGB] = {  # arrows, by their kinds
     "pull": (213, 84, 0),
     "softening": (150, 80, 200),
-    "Coriolis": (30, 120, 220),
+    "Coriolis": (0, 160, 235),
     "Euler": (0, 150, 110),
+}
+ENERGIES: dict[str, RGB] = {  # by their kinds
+    "kinetic": (86, 108, 190),
+    "strain": (34, 158, 134),
+    "centrifugal": (213, 84, 0),
 }
 GRID: RGB = (140, 146, 156)
 # For light and dark: background of the scene (as in page.css), floor, text.

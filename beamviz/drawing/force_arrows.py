@@ -29,7 +29,7 @@ from beamviz.drawing.sizes import largest_height
 from beamviz.drawing.text import force_text
 
 BAND_HEIGHT, BAND_WIDTH = 0.1, 0.006  # [beam lengths]
-GAP = 0.02  # [beam lengths] between the beam, the band and arrows
+GAP, ASIDE = 0.02, 0.05  # [beam lengths] between the beam, and band or arrows
 # [beam lengths] of arrows on pieces of the beam, which reach to the next one, and on bodies.
 LONGEST, LONGEST_ON_BODY = 0.11, 0.2
 CLOSE = 1e-9  # [beam lengths] of two points at the same place
@@ -167,7 +167,7 @@ class ForceArrows:
         if kind == PULL:
             offsets[:, 2] = self.above + GAP
         elif kind == CORIOLIS:
-            offsets[:, 1] = -self.aside - GAP
+            offsets[:, 1] = -self.aside - ASIDE
         else:
             offsets[:, 1] = np.copysign(self.aside, force.imag)
         return offsets

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.dynamics.controllers import Controller
-from beamviz.dynamics.equation import AnyBeam, Equation
+from beamviz.dynamics.equation import AnyBeam, Energies, Equation
 from beamviz.dynamics.initial_value import InitialValueProblem
 from beamviz.dynamics.newton_step import Step, Stepper
 from beamviz.dynamics.polynomials import legendre_integrals
@@ -77,16 +77,20 @@ class IntegratedMotion:
         _, v = self.trajectory.at(t)
         return self.parts[0][1].gamma(t, v)
 
-    def energy(self, t: NDArray) -> NDArray:
-        """The energy in the rotating frame (len(t),)."""
+    def energies(self, t: NDArray) -> Energies:
+        """The energies in the rotating frame (len(t),)."""
         q, v = self.trajectory.at(t)
-        energy, before = np.empty(len(t)), -1.0
+        energies, before = np.empty((len(Energies._fields), len(t))), -1.0
         for end, equation in self.parts:
             inside = (before < t) & (t <= end)
             gamma, n = equation.gamma(t[inside], v[inside]), equation.size
-            energy[inside] = equation.energy(gamma, q[inside, :n], v[inside, :n])
+            energies[:, inside] = equation.energies(gamma, q[inside, :n], v[inside, :n])
             before = end
-        return energy
+        return Energies(*energies)
+
+    def energy(self, t: NDArray) -> NDArray:
+        """Their sum (len(t),)."""
+        return self.energies(t).total
 
 
 @dataclass

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.dynamics.equation import Energies
 from beamviz.dynamics.integration import Trajectory
 from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.refinement import RefinedMotion
@@ -57,9 +58,7 @@ class Motion:
     gamma: NDArray  # (n,) speed
     angle: NDArray  # (n,) of the hub [rad]
     tip: NDArray  # (n, 2) position of the tip from the clamp, in the rotating frame
-    # (n,) in the rotating frame, q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2: at a constant speed
-    # without damping it is constant, the Jacobi integral.
-    energy: NDArray
+    energies: Energies  # (n,) in the rotating frame: kinetic, strain, centrifugal
     error: float  # estimated largest error of the tip
     stats: MotionStats
     trajectory: Trajectory  # the unknowns as polynomials in time
@@ -74,6 +73,12 @@ class Motion:
             f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"
             f" {y:.5g}, error {self.error:.1g}>"
         )
+
+    @cached_property
+    def energy(self) -> NDArray:
+        """The sum of the energies (n,), q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2: at a constant
+        speed without damping it is constant, the Jacobi integral."""
+        return read_only(self.energies.total)
 
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
@@ -234,8 +239,8 @@ def motion_of(problem: MotionProblem, refined: RefinedMotion, seconds: float) ->
         runs=refined.runs,
         seconds=seconds,
     )
-    arrays = (t, integrated.speed(t), angle, integrated.tip(t), integrated.energy(t))
-    t, gamma, angle, tip, energy = map(read_only, arrays)
+    energies = Energies(*map(read_only, integrated.energies(t)))
+    t, gamma, angle, tip = map(read_only, (t, integrated.speed(t), angle, integrated.tip(t)))
     return Motion(
         beam=problem.beam,
         drive=drive,
@@ -249,7 +254,7 @@ def motion_of(problem: MotionProblem, refined: RefinedMotion, seconds: float) ->
         gamma=gamma,
         angle=angle,
         tip=tip,
-        energy=energy,
+        energies=energies,
         error=refined.error,
         stats=stats,
         trajectory=trajectory,

@@ -38,13 +38,15 @@ def export_motion(
     progress: Callable[[int], Iterable[int]] = range,
     *,
     dark: bool = False,
+    forces: bool = False,
     unstiffened: LinearMotion | None = None,
 ) -> None:
     """Write a motion as a file of the format its suffix names: .csv, .npz; a chart, .png, .svg or
     .pdf; a film, .gif, .webp or .mp4; .html, one page with film, chart and numbers that needs no
-    network. progress: as in `beamviz.animate`; dark: colours of a film or page; unstiffened: the
-    motion without stiffening, beside it in charts, films and pages. Raises InvalidInput and
-    Unavailable; the file is complete or untouched."""
+    network. progress: as in `beamviz.animate`; dark: colours of a film or page; forces: a film has
+    the tension and the forces of inertia; unstiffened: the motion without stiffening, beside it in
+    charts, films and pages. Raises InvalidInput and Unavailable; the file is complete or untouched.
+    """
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
@@ -52,7 +54,8 @@ def export_motion(
         figure = draw_motion(*columns, motion.beam.units, second=beside(unstiffened))
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
-        animate_motion(path, motion, progress=progress, dark=dark, unstiffened=unstiffened)
+        look: dict[str, Any] = {"dark": dark, "forces": forces, "unstiffened": unstiffened}
+        animate_motion(path, motion, progress=progress, **look)
     elif suffix == ".html":
         from beamviz.exports.motion_page import motion_page
 
@@ -96,6 +99,7 @@ def animate_motion(
     workers: int | None = None,
     *,
     dark: bool = False,
+    forces: bool = False,
     unstiffened: LinearMotion | None = None,
 ) -> None:
     """Write a motion as a film, in the rotating frame; options as in `beamviz.animate`, and as in
@@ -105,7 +109,7 @@ def animate_motion(
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     workers = None if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     with replaced(path) as file:
-        scene = MotionScene(motion, unstiffened, dark=dark)
+        scene = MotionScene(motion, unstiffened, dark=dark, forces=forces)
         count = max(round(scene.seconds * fps), 2)
         renderer = Renderer(scene, *size)
         frames, sample = (

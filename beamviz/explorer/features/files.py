@@ -184,8 +184,9 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                frames, dark = partial(self.frames, file), file.scene.view.dark
-                beside: dict[str, Any] = {"dark": dark, "unstiffened": file.unstiffened}
+                frames, view = partial(self.frames, file), file.scene.view
+                beside: dict[str, Any] = {"dark": view.dark, "forces": view.forces}
+                beside["unstiffened"] = file.unstiffened
                 if file.motion and file.film is not None:
                     options: dict[str, Any] = {"workers": 1, **beside, **file.film}
                     animate_motion(path, file.motion, progress=frames, **options)
