@@ -114,6 +114,7 @@ class ViewOptions:
     ghosts: bool = True  # whether the undeformed beam and its equilibrium are drawn
     nodes: bool = True  # whether vibration nodes are marked
     tip_path: bool = False  # whether the curve that the free end runs through is drawn
+    forces: bool = False  # whether tension and forces of inertia are drawn
     thicken: bool = False  # whether a slender beam is drawn thicker
     all_modes: bool = False  # whether each mode has its row
     dark: bool = False  # whether the colours are dark

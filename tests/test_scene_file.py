@@ -16,7 +16,10 @@ from beamviz.solver.problem import CHOICES
 from beamviz.units import Units
 
 REAL = "[si]\n" + "".join(f"{key} = {value}\n" for key, value in STEEL_BEAM.values.items())
-FLAGS = ("playing", "rotating_frame", "ghosts", "nodes", "tip_path", "thicken", "all_modes", "dark")
+FLAGS = (
+    *("playing", "rotating_frame", "ghosts", "nodes", "tip_path", "forces", "thicken"),
+    *("all_modes", "dark"),
+)
 points = st.tuples(*[st.floats(-1000, 1000)] * 3)
 numbers = {name: st.floats(*one.limits) for name, one in PARAMETERS.items()}
 numbers |= {"gamma": st.floats(0, 50), "spin_up": st.just(0.0) | st.floats(*SPIN_UP.limits)}

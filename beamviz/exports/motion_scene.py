@@ -48,7 +48,9 @@ class MotionScene:
     def drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam:
         """The beam, at `scale` [pixels per beam length]."""
         beam, shapes = self.beam(with_mass=with_mass), self.shapes
-        return drawn(shapes.sampled, shapes.amplitudes, beam, self.scene.view, scale)
+        forces = shapes.forces if self.scene.view.forces else None
+        look = self.scene.view, scale
+        return drawn(shapes.sampled, shapes.amplitudes, beam, *look, forces=forces)
 
     def second_drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam | None:
         """That without stiffening; None without one."""
@@ -87,7 +89,9 @@ class MotionScene:
             self.show(beams, drawn.scale, with_mass=with_mass)
         beams.tell_speed(self.shapes.gamma(moment))
         others = self.second.phases(moment) if self.second else None
-        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others)
+        source = beams.view(0).drawn.forces_of_motion
+        forces = source.at(moment) if source else None
+        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others, forces)
 
 
 def beside(unstiffened: LinearMotion | None) -> tuple[NDArray, NDArray, str] | None:

@@ -49,7 +49,8 @@ SIZE = "size"  # key of those of a page that changes its size
 SIZES = (1280, 720), (390, 480), (1040, 1280), (820, 610)
 SCENE = "scene"  # key of those of them that change what the scene shows of a beam
 OF_SCENE = (
-    *("rotating_frame", "ghosts", "nodes", "tip_path", "thicken", "dark", "all_modes", "colouring"),
+    *("rotating_frame", "ghosts", "nodes", "tip_path", "forces", "thicken", "dark", "all_modes"),
+    "colouring",
     *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
 )
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
@@ -122,6 +123,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
                     "ghosts",
                     "nodes",
                     "tip_path",
+                    "forces",
                     "thicken",
                     "dark",
                     "playing",

@@ -11,6 +11,7 @@ from beamviz.explorer.features.blade import BladePanel
 from beamviz.explorer.features.comparison import ComparisonTab
 from beamviz.explorer.features.controls import Controls
 from beamviz.explorer.features.files import Files
+from beamviz.explorer.features.forces import ForcesLegend
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loads import LoadsTab
 from beamviz.explorer.features.loci_chart import LociTab
@@ -27,6 +28,7 @@ from beamviz.explorer.features.veering_inset import VeeringInset
 FEATURES: tuple[type[Feature], ...] = (
     Controls,
     AnswerPanel,
+    ForcesLegend,
     Sound,
     RealBeamPanel,
     BladePanel,

@@ -189,6 +189,7 @@ interface Actions { // the types of their values
   "flap": number;
   "following": boolean;
   "force_per_rev": string;
+  "forces": boolean;
   "forget_refused": null;
   "gamma": number;
   "ghosts": boolean;
