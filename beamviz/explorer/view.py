@@ -4,6 +4,7 @@
 `move` a moment of its motion.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -26,6 +27,7 @@ from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, Ray, State
 from beamviz.scene import ViewOptions
 
+AXIS = (0.0, 0.0, 1.0)  # of rotation
 SAME_END = 0.005  # relative difference of colour maps that the digits of a legend do not show
 
 
@@ -178,6 +180,15 @@ class SceneView:
         turn_back = SO3(np.array(self.beam.rotor.wxyz)).inverse()
         eye, middle = np.array(self.camera.position), self.beam.frame.position
         return turn_back.apply(eye - middle), turn_back.apply(point - middle)
+
+    def across(self, point: np.ndarray) -> float | None:
+        """The place [L] of a point (3,) of the scene across the picture, to the right of its
+        middle; None where the camera looks along the axis of rotation."""
+        along = np.array(self.camera.look_at) - np.array(self.camera.position)
+        right = np.cross(along, AXIS)
+        length = np.linalg.norm(right)
+        place = float(right @ point / length) if length > 0 else math.nan
+        return place if math.isfinite(place) else None
 
     def show(self, picture: Picture) -> np.ndarray:
         """Draw a picture. Returns how far the beam's frame was moved (3,) as it was released."""

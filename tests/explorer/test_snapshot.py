@@ -54,6 +54,7 @@ OF_SCENE = (
     *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
 )
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
+WHEEL = "/scene/rotor/wheel/handle"
 # What the server of fresh pages begins with: nothing of it is to be seen after a link.
 ELSEWHERE = Scene(Beam(alpha=0.3, beta=0.9, gamma=2.5, delta=0.1, mu=55)).changed(
     playing=False, ghosts=False, nodes=False, rotating_frame=True, amplitude=0.07
@@ -146,6 +147,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("lesson_step", chance.randrange(3)),
             ("lesson_guess", chance.randrange(3)),
             *[("drag", (MASS, chance.uniform(-0.3, 0.3)))] * 3,
+            ("drag", (WHEEL, chance.uniform(-0.2, 0.2))),
         ],
         "frequencies": [
             *[(f"per_rev_{chance.randrange(1, 7)}", chance.random() < 0.7)] * 3,

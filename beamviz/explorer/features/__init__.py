@@ -12,6 +12,7 @@ from beamviz.explorer.features.comparison import ComparisonTab
 from beamviz.explorer.features.controls import Controls
 from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.forces import ForcesLegend
+from beamviz.explorer.features.hub_turn import HubTurn
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loads import LoadsTab
 from beamviz.explorer.features.loci_chart import LociTab
@@ -46,4 +47,5 @@ FEATURES: tuple[type[Feature], ...] = (
     Files,
     MassDrag,
     BeamPull,
+    HubTurn,
 )
