@@ -6,6 +6,7 @@ wakes its visitor, and the next round shows it.
 
 import asyncio
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import replace
@@ -18,6 +19,7 @@ from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.presenter import Votes
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -45,16 +47,23 @@ class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
-    ones; later: ids of those who were woken by their own frame: what that has changed is shown by
-    the next one, not by one in between; presenter: the session that was opened last with the
-    presenter's key, None without one; votes: of the lecture; postpones: the last round that showed
-    edits took longer than a frame may, so charts wait until the beam rests.
+    ones; begin: what their first state becomes; later: ids of those who were woken by their own
+    frame: what that has changed is shown by the next one, not by one in between; presenter: the
+    session that was opened last with the presenter's key, None without one; votes: of the lecture;
+    postpones: the last round that showed edits took longer than a frame may, so charts wait until
+    the beam rests.
     """
 
     def __init__(
-        self, server: ViserServer, scene: Scene, access: Access, features: tuple[type[Feature], ...]
+        self,
+        server: ViserServer,
+        scene: Scene,
+        access: Access,
+        features: tuple[type[Feature], ...],
+        begin: Callable[[State], State],
     ):
         self.server, self.opening, self.access, self.features = server, scene, access, features
+        self.begin = begin
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
@@ -97,7 +106,8 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(first_state(self.first_scene(), self.features), following=follows)
+        state = self.begin(first_state(self.first_scene(), self.features))
+        state = replace(state, following=follows)
         presenter = self.presented if follows else None
         led = presenter, presents, self.votes
         visitor = Visitor(client, state, self.workers, self.resume, *led)

@@ -21,7 +21,7 @@ from beamviz.explorer.declarations import Choice
 from beamviz.explorer.feature import Feature, first_tab, tabs, usual_state
 from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.lessons import Lessons, LessonState, begun, check_guess, outside
-from beamviz.explorer.features.own_lessons import OwnLessonState
+from beamviz.explorer.features.own_lessons import OwnLessonState, begun_lesson
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
@@ -246,6 +246,11 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     home = read_scene(before, values["own_lesson"].steps[values["own_step"]].link)
     state = replace(state, opened=home.opened, opened_slices=home.opened_slices)
     return state.with_values(LessonState, before_lesson=outside(before))
+
+
+def opened_lesson(state: State, lesson: OwnLesson, name: str) -> State:
+    """The state in which a page opens on a lesson from a file of this name. Raises InvalidInput."""
+    return begun_lesson(state, lesson, name, read_scene)
 
 
 def read_scene(state: State, query: str) -> State:

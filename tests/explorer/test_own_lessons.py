@@ -5,8 +5,10 @@ from typing import Any
 
 import pytest
 from live.offline import Desk, lecture, offline
-from live.visitor import catch_up
+from live.visitor import catch_up, visitor
 
+from beamviz.errors import InvalidInput
+from beamviz.explorer import explorer, serve
 from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.features.own_lessons import RIGHT, SENT, WRONG, OwnLessonState
 from beamviz.explorer.presenter import Votes
@@ -189,6 +191,19 @@ def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
         "x": {0: 1, 1: 1},
         "y": {0: 2},
     }
+
+
+def test_a_server_opens_every_page_in_a_lesson():
+    """(`beamviz serve --lesson FILE`.) On its plain address; leaving it returns to the scene of the
+    server; one with a wrong scene does not start."""
+    with explorer(START, lesson=LESSON) as url, visitor(url) as guest:
+        guest.do("link", "", until="Slow")
+        guest.wait(lambda _: guest.values["gamma"] == 2)
+        guest.wait(lambda _: guest.parts["address"] == "")
+        guest.do("lesson", "", until=lambda _: guest.values["gamma"] == START.beam.gamma)
+    wrong = OwnLesson((*LESSON.steps, LessonStep("gamma=999")))
+    with pytest.raises(InvalidInput, match=r"--lesson, step 3: gamma = 999: must lie in"):
+        serve(START, lesson=wrong)
 
 
 def test_undo_after_a_removal_shows_a_step_that_is_there(guest):

@@ -8,7 +8,7 @@ lecture the presenter sees how many have chosen which.
 import re
 import secrets
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from html import escape
@@ -59,6 +59,7 @@ HINT = (
 )
 SENT = "Your answer is sent. You can change it until the answer is shown."
 KEPT = "Your answer stays in this browser."
+REPLACED = "The lesson has replaced your scene."
 RIGHT, WRONG = "Right!", "Not quite: look at the scene again, and choose another answer."
 
 
@@ -233,7 +234,7 @@ class OwnLessons(Feature):
                 return
             begun = at_step(state, visitor.links.read(state, step_of(state, k).link), int(k))
             in_lesson = state.slice(LessonState).before_lesson is not None
-            said = "" if in_lesson else "The lesson has replaced your scene."
+            said = "" if in_lesson else REPLACED
             visitor.change(lambda _: begun, loads=True, replaced=said)
 
     def turn(self, by: Any) -> None:
@@ -411,16 +412,20 @@ def open_lesson_file(visitor: Visitor, content: bytes, name: str) -> None:
     """Show the lesson of a file from its first step, or say what is wrong in it."""
     with visitor.lock, visitor.reporting("The lesson was not opened"):
         lesson = OwnLesson.from_bytes(content, name)
-        scenes = []
-        for k, step in enumerate(lesson.steps, 1):
-            with errors_of_file(f"{name}, step {k}"):
-                scenes.append(visitor.links.read(visitor.state, step.link))
-        opened = with_lesson(visitor.state, lesson, 0)
-        visitor.change(
-            lambda _: at_step(opened, scenes[0], 0),
-            loads=True,
-            replaced="The lesson has replaced your scene.",
-        )
+        begun = begun_lesson(visitor.state, lesson, name, visitor.links.read)
+        visitor.change(lambda _: begun, loads=True, replaced=REPLACED)
+
+
+def begun_lesson(
+    state: State, lesson: OwnLesson, name: str, read: Callable[[State, str], State]
+) -> State:
+    """The state at the first step of a lesson from a file of this name. read: as in `LinkFormat`.
+    Raises InvalidInput for a scene that is not valid, also a later one."""
+    scenes = []
+    for k, step in enumerate(lesson.steps, 1):
+        with errors_of_file(f"{name}, step {k}"):
+            scenes.append(read(state, step.link))
+    return at_step(with_lesson(state, lesson, 0), scenes[0], 0)
 
 
 # The player
@@ -471,13 +476,17 @@ def answers_html(step: LessonStep, now: OwnLessonState, *, is_led: bool) -> str:
     text = page.group("Answers", buttons, class_="row guesses")
     if is_led and now.answer_shown and step.right is not None:
         right = f"The right answer: {escape(step.choices[step.right])}"
-        met = chosen == step.right
-        return f'{text}<p class="verdict{" met" if met else ""}" role="status">{right}</p>'
+        return text + verdict(right, met=chosen == step.right)
     if chosen is None:
         return text
     met = shows and chosen == step.right
     words = (RIGHT if met else WRONG) if shows else (SENT if is_led else KEPT)
-    return f'{text}<p class="verdict{" met" if met else ""}" role="status">{words}</p>'
+    return text + verdict(words, met=met)
+
+
+def verdict(words: str, *, met: bool) -> str:
+    """What is said of an answer; the page scrolls to it when it comes (`try`)."""
+    return f'<p id="try" class="verdict{" met" if met else ""}" role="status">{words}</p>'
 
 
 def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_shown: bool) -> str:
@@ -485,13 +494,13 @@ def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_sho
     if not step.choices:
         return ""
     counts = [Counter(votes)[k] for k in range(len(step.choices))]
-    most = max(*counts, 1)
-    rows = []
+    rows, most = [], max(*counts, 1)
     for k, (text, count) in enumerate(zip(step.choices, counts, strict=True)):
         right = ' <b class="good">✓</b>' if is_shown and k == step.right else ""
-        bar = f'<span class="vote" style="width:{100 * count / most:.0f}%"></span>'
-        rows.append((f"{escape(text)}{right}{bar}", str(count)))
-    table = page.table("Answers of the visitors", ("answer", "chosen by"), rows, class_="votes")
+        part = page.attributes(class_="vote", style=f"--part: {100 * count / most:.0f}%")
+        rows.append((f"<span{part}>{escape(text)}{right}</span>", str(count)))
+    heads = [f'<span class="hidden">{name}</span>' for name in ("answer", "chosen by")]
+    table = page.table("Answers of the visitors", heads, rows, class_="votes")
     pages = "page" if audience == 1 else "pages"
     total = f'<span class="soft">{sum(counts)} answered, {audience} {pages} open</span>'
     text = "Hide the answer" if is_shown else "Show the answer"
@@ -509,7 +518,7 @@ def editor_html(state: State, tabs: Mapping[str, str]) -> str:
     steps = now.own_lesson.steps
     keep = page.button("Keep this scene", data_do="own.keep", class_=None if steps else "main")
     load = (
-        '<label class="button" for="own-file">Open a file</label>'
+        '<label class="button" for="own-file">Open file</label>'
         '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
     )
     tools = keep + load
@@ -522,17 +531,18 @@ def editor_html(state: State, tabs: Mapping[str, str]) -> str:
     is_short = len(link) <= MAX_LINK
     long = f"A link has at most {MAX_LINK} characters, this has {len(link)}: save a file"
     copied = {"data_copy": link if is_short else None, "disabled": not is_short}
-    tools += page.button("Save a file", data_do="own.save")
-    tools += page.button("Copy its link", title=None if is_short else long, **copied)
-    tools += page.button("Begin", data_do="own.go", data_value=0, class_="main")
+    tools += page.button("Save file", data_do="own.save")
+    tools += page.button("Copy lesson link", title=None if is_short else long, **copied)
+    tools += page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main")
     count = f"{len(steps)} scene{'' if len(steps) == 1 else 's'}"
     listed = "".join(list_entry(k, step, now) for k, step in enumerate(steps))
     title = text_field("title", "own.title", LABELS["title"], MAX_CHARACTERS["title"])
     body = (
         f"{page.group('Your own lesson', tools)}"
         f"{'' if is_short else page.note(long)}"
-        f'<div class="own-parts"><div>{title}<ol class="own-list">{listed}</ol></div>'
-        f"<div>{step_fields(steps[now.own_edited], now.own_edited, len(steps), tabs)}</div></div>"
+        f'<div class="own-parts"><div>{title}<ol class="own-list">{listed}</ol>'
+        f"{step_tools(now.own_edited, len(steps))}</div>"
+        f"{step_fields(steps[now.own_edited], tabs)}</div>"
     )
     return f'<details class="own" open><summary>Your own lesson: {count}</summary>{body}</details>'
 
@@ -547,21 +557,28 @@ def list_entry(k: int, step: LessonStep, now: OwnLessonState) -> str:
     return f"<li>{entry}</li>"
 
 
-def step_fields(step: LessonStep, k: int, count: int, tabs: Mapping[str, str]) -> str:
-    """The fields of the step k (from 0)."""
+def step_tools(k: int, count: int) -> str:
+    """The buttons for the step k (from 0)."""
+    replace_hint = "Take the present scene in its place"
     tools = (
-        page.button("Show", data_do="own.go", data_value=k),
-        page.button("Take the scene of now", data_do="own.take"),
+        page.button("Show", data_do="own.go", data_value=k, title="Show the lesson from here"),
+        page.button("Replace", data_do="own.take", title=replace_hint),
         page.button("↑", data_do="own.move", data_value=-1, disabled=k == 0, aria_label="Up"),
         page.button(
             "↓", data_do="own.move", data_value=1, disabled=k == count - 1, aria_label="Down"
         ),
         page.button("Remove", data_do="own.remove"),
     )
-    fields = page.group(f"Scene {k + 1}", *tools)
+    return page.group(f"Scene {k + 1}", *tools)
+
+
+def step_fields(step: LessonStep, tabs: Mapping[str, str]) -> str:
+    """The fields of a step, and those of its answers."""
     say = page.attributes(id="own-say", data_set="own.say", maxlength=MAX_CHARACTERS["say"])
-    fields += f'<label for="own-say">{LABELS["say"]}</label><textarea{say} rows="2"></textarea>'
+    fields = f'<label for="own-say">{LABELS["say"]}</label><textarea{say} rows="2"></textarea>'
     fields += text_field("ask", "own.ask", LABELS["ask"], MAX_CHARACTERS["ask"])
+    fields += page.select("own.tab", "opens the tab", tabs, id="own-tab")
+    answers = '<p class="soft">Answers, if any, and which is right</p>'
     for i in range(min(max(len(step.answers) + 1, LEAST_ANSWERS), MOST_ANSWERS)):
         right = page.button(
             "right",
@@ -571,14 +588,17 @@ def step_fields(step: LessonStep, k: int, count: int, tabs: Mapping[str, str]) -
             aria_label=f"Answer {i + 1} is right",
         )
         name, most = f"answer-{i + 1}", MAX_CHARACTERS["answers"]
-        fields += text_field(name, f"own.answer.{i + 1}", f"Answer {i + 1}", most, right)
-    return fields + page.select("own.tab", "opens the tab", tabs, id="own-tab")
+        key = f"own.answer.{i + 1}"
+        answers += text_field(name, key, "", most, right, aria_label=f"Answer {i + 1}")
+    return f"<div>{fields}</div><div>{answers}</div>"
 
 
-def text_field(name: str, key: str, label: str, most: int, beside: str = "") -> str:
-    """A field for a text of at most so many characters; beside: HTML beside it."""
-    box = page.attributes(id=f"own-{name}", data_set=key, maxlength=most, autocomplete="off")
-    field = f'<label for="own-{name}">{escape(label)}</label>'
+def text_field(name: str, key: str, label: str, most: int, beside: str = "", **values: Any) -> str:
+    """A field for a text of at most so many characters; label: above it, "" for none; beside: HTML
+    beside it."""
+    usual = {"id": f"own-{name}", "data_set": key, "maxlength": most, "autocomplete": "off"}
+    box = page.attributes(**usual, **values)
+    field = f'<label for="own-{name}">{escape(label)}</label>' if label else ""
     return f'{field}<div class="own-field"><input type="text"{box}>{beside}</div>'
 
 
