@@ -329,7 +329,12 @@ class Scene:
     def from_bytes(cls, text: bytes, name: str, folder: Path | None = None) -> Self:
         """The scene in the contents of a TOML file with a name. folder: of its file of stations,
         which it may not name where none is given. Raises InvalidInput."""
-        tables = parse_toml(text, name)
+        return cls.from_tables(parse_toml(text, name), name, folder)
+
+    @classmethod
+    def from_tables(cls, tables: dict[str, Any], name: str, folder: Path | None = None) -> Self:
+        """The scene of tables as a scene file has them; name: of the file, in errors. Raises
+        InvalidInput."""
         check_keys(tables, TABLES, name)
         for table, values in tables.items():
             if not isinstance(values, dict):
@@ -354,8 +359,13 @@ def toml_table(heading: str, values: dict[str, Any]) -> str:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             inner += [toml_table(f"[[{name}.{key}]]", entry) for entry in value]
         else:
-            lines.append(f"{key} = {json.dumps(value)}\n")
+            lines.append(f"{key} = {toml_value(value)}\n")
     return "".join([*lines, *inner]) if values else ""
+
+
+def toml_value(value: Any) -> str:
+    """A text, number, truth or list as TOML: as JSON, but for what that escapes otherwise."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def inline_toml(value: Any) -> str:

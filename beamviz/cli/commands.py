@@ -20,6 +20,7 @@ from beamviz.cli.options import (
     OVER,
     SWEEP_STORE,
     check_store_options,
+    lesson_of_file,
     note_unused,
     number,
     option,
@@ -286,6 +287,7 @@ class ProgressLine:
 @takes_scene
 def serve(
     scene: Any,
+    context: typer.Context,
     scene_file: Annotated[
         Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
     ] = None,
@@ -306,12 +308,15 @@ def serve(
     beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer import serve
 
+    own_lesson = lesson_of_file(context)
+
     port = check_int("port", port, 1, 65535)
     visitors = check_int("visitors", visitors, 1, 1000)
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
     try:
-        serve(scene, host, port, open, public_url, visitors, follow, processes, key_file)
+        given = (host, port, open, public_url, visitors, follow, processes, key_file)
+        serve(scene, *given, own_lesson)
     except Terminated as end:
         if end.number != signal.SIGTERM:  # which is how a service is ended
             raise

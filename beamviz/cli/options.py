@@ -20,6 +20,7 @@ from beamviz.solver.problem import OPTIONS
 from beamviz.units import BY_NAME, Units, parse_over
 
 if TYPE_CHECKING:
+    from beamviz.lessons.lesson_file import OwnLesson
     from beamviz.scene import Scene
 
 MAX_POINTS = 10_000  # of a sweep
@@ -33,6 +34,7 @@ OVER_HELP = (
     " rpm, rad/s, kg, beta:mm, ..."
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
+LESSON_HELP = "The scene of a lesson, in place of a file; `serve` also opens a lesson's file."
 OVER_FORM = "|".join((*NUMBERS, "UNIT"))
 TIP_PATH_HELP = "The curve that the free end runs through."
 DARK_HELP = "Background (default light); of a page too, whatever its reader prefers."
@@ -186,13 +188,26 @@ def lesson_names(begun: str) -> list[str]:
     return [name for name in NAMES if name.startswith(begun)]
 
 
+def names_file(lesson: str | None) -> bool:
+    """Whether the lesson given is the file of one's own, not the name of one."""
+    return lesson is not None and lesson.endswith(".toml")
+
+
+def lesson_of_file(context: typer.Context) -> "OwnLesson | None":
+    """The lesson of the file that --lesson names, if it does. Raises InvalidInput."""
+    from beamviz.lessons.lesson_file import OwnLesson
+
+    lesson: Any = context.params.get("lesson")
+    return OwnLesson.from_toml(lesson) if names_file(lesson) else None
+
+
 SCENE_KEYWORDS = [
     keyword("scene", Path | None, scene_option(SCENE_HELP, metavar="FILE.toml"), None),
     keyword(
         "lesson",
         str | None,
         scene_option(
-            "The scene of a lesson, in place of a file.",
+            LESSON_HELP,
             metavar="NAME",
             autocompletion=lesson_names,
         ),
@@ -216,6 +231,13 @@ def scene_from_options(
     file = context.params.get("scene_file") or scene
     if file and lesson:
         raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
+    if names_file(lesson):
+        if context.command.name != "serve":
+            raise InvalidInput(
+                f"--lesson {lesson}: only `beamviz serve` opens a lesson file; name a lesson of"
+                " `beamviz lessons`"
+            )
+        lesson = None
     if lesson:
         from beamviz import lessons
 

@@ -20,6 +20,7 @@ from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.motion import MotionTab
+from beamviz.explorer.features.own_lessons import OwnLessons
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpTab
 from beamviz.explorer.features.sound import Sound
@@ -44,6 +45,7 @@ FEATURES: tuple[type[Feature], ...] = (
     AdjustTab,
     MethodTimingTab,
     Lessons,
+    OwnLessons,
     Files,
     MassDrag,
     BeamPull,

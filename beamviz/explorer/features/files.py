@@ -25,6 +25,7 @@ from beamviz.explorer.declarations import Tab, choice, name_key
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
+from beamviz.explorer.features.own_lessons import is_lesson_file, open_lesson_file
 from beamviz.explorer.features.veering import JOB as VEERING
 from beamviz.explorer.features.veering import VEERING_KINDS
 from beamviz.explorer.jobs import Answer, Job
@@ -133,8 +134,12 @@ class Files(Feature):
         self.visitor.client.send_file_download(name, content, save_immediately=True)
 
     def load(self, file: Any) -> None:
-        """Show the scene of a file: its name, and its contents from line 2 on; none if invalid."""
+        """Show the scene, or open the lesson, of a file: its name, and its contents from line 2 on;
+        none if invalid."""
         name, _, content = str(file).partition("\n")
+        if is_lesson_file(content):
+            open_lesson_file(self.visitor, content.encode(errors="replace"), name)
+            return
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
             self.visitor.open(scene)

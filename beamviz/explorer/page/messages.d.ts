@@ -105,6 +105,7 @@ interface Update {
   dark?: boolean;
   address?: string;
   met?: Array<string>;
+  answers?: Array<string>;
   say?: Array<Said>;
   ready?: boolean;
 }
@@ -154,6 +155,7 @@ interface Actions { // the types of their values
   "all_modes": boolean;
   "alpha": number;
   "amplitude": number;
+  "answers": string;
   "beta": number;
   "blade.begin": null;
   "blade.file": string;
@@ -231,6 +233,26 @@ interface Actions { // the types of their values
   "nodes": boolean;
   "only": number;
   "over": string;
+  "own.answer": number;
+  "own.answer.1": string;
+  "own.answer.2": string;
+  "own.answer.3": string;
+  "own.answer.4": string;
+  "own.ask": string;
+  "own.edit": number;
+  "own.go": number;
+  "own.keep": null;
+  "own.move": number;
+  "own.remove": null;
+  "own.restore": null;
+  "own.right": number;
+  "own.save": null;
+  "own.say": string;
+  "own.show_answer": null;
+  "own.tab": string;
+  "own.take": null;
+  "own.title": string;
+  "own.turn": number;
   "pace": number;
   "per_rev_1": boolean;
   "per_rev_2": boolean;
