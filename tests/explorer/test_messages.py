@@ -104,6 +104,7 @@ VISIT = [
 # While a job is slow, after it was cancelled, for a table whose rows are not in order, for a force
 # that would fold a blade.
 ON_OCCASION = {"cancel_jobs", "retry_jobs", "blade.stations.sort", "motion.less", "motion.leave"}
+ON_OCCASION |= {"adjust.match"}
 OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
 
 
