@@ -302,8 +302,8 @@ INPUTS += (
 )
 CONTENT = (
     f'<div class="adjust-tab"><div class="tools">{INPUTS}</div>'
-    '<div class="lists"><div id="adjust-chart" class="chart" data-chart></div>'
-    '<div id="adjust-answer" role="status"></div><div id="adjust-matches"></div>'
+    '<div id="adjust-chart" class="chart" data-chart></div>'
+    '<div class="lists"><div id="adjust-answer" role="status"></div><div id="adjust-matches"></div>'
     '<div id="adjust-effects"></div></div></div>'
 )
 
@@ -502,6 +502,8 @@ def numbers_table(found: Adjusted) -> str:
         known = math.isfinite(error) and name not in found.undetermined
         deviation = f"± {significant(shown.factor * error, 2)}" if known else "–"
         rows.append((escape(shown.label), significant(shown.factor * value, 5), deviation))
+    if not found.errors:
+        return page.table("adjusted numbers", ("number", "value"), [row[:2] for row in rows])
     return page.table("adjusted numbers", ("number", "value", "standard deviation"), rows)
 
 

@@ -24,7 +24,12 @@ from beamviz.explorer.computed_loci import (
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, fading, waiting
-from beamviz.explorer.features.adjust import AdjustTab, goal_of_lines, measured_points
+from beamviz.explorer.features.adjust import (
+    AdjustState,
+    AdjustTab,
+    goal_of_lines,
+    measured_points,
+)
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -43,6 +48,7 @@ PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
+WIDER = 1.3  # the chart of the tab Adjust, than to the last point or speed
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
 LISTS = "loci-margins", "loci-resonances", "loci-events"
@@ -123,7 +129,11 @@ class LociTab(Feature):
         if answer and answer.result:
             content = with_goal(content, answer.request, state)
         if state.tab == AdjustTab.tab.key:
-            content |= chart_of_adjust(content)
+            content |= page.chart("adjust-chart", chart_parts(content))
+            if answer and answer.result:
+                content |= page.chart(
+                    "adjust-chart", axes_near_goal(content, answer.request, state)
+                )
         return (
             content
             | margins_content(snapshot)
@@ -240,9 +250,20 @@ def measured_data(request: ChartRequest, state: State) -> tuple[list[page.Data],
     return points, bars
 
 
-def chart_of_adjust(content: Content) -> Content:
-    """The same chart in the tab Adjust."""
-    return page.chart("adjust-chart", chart_parts(content))
+def axes_near_goal(content: Content, request: ChartRequest, state: State) -> page.Data:
+    """The axes of the chart in the tab Adjust, which end near to what is aimed at."""
+    chart, goal = chart_parts(content), state.slice(AdjustState).goal
+    points = measured_points(state, request.over) if goal == "measured" else []
+    speeds = goal_of_lines(state) if request.over == "gamma" else None
+    farthest = max((at for at, _ in points), default=0.0) if speeds is None else speeds.high
+    highest = max((row.frequency for _, row in points), default=0.0)
+    axes: page.Data = {}
+    for name, shown, end in zip("xy", request.measures, (farthest, highest), strict=True):
+        axis = chart[name]
+        first, last = axis["range"]
+        if (near := WIDER * shown.factor * end) > first:
+            axes[name] = axis | {"range": [first, min(float(near), last)]}
+    return axes
 
 
 def chart_parts(content: Content) -> page.Data:

@@ -112,11 +112,11 @@ def matches_table(request: MatchRequest, found: Comparison, units: Units | None)
     residual = "residual [σ]" if has_errors else "residual [%]"
     heads = ("mode", "at", f"{goal} {across.label}", "beam", residual)
     squares = [match.residual**2 for match in found.matches if math.isfinite(match.residual)]
-    caption = f"This beam and the {'measurement' if goal == 'measured' else 'targets'}"
+    caption = "Residuals of this beam"
     if squares:
         mean = math.sqrt(sum(squares) / len(squares))
         size = f"{mean:.3g} σ" if has_errors else f"{100 * mean:.3g} %"
-        caption += f": root mean square of the residuals {size}"
+        caption += f": {size} root mean square"
     return page.table("residuals", heads, rows, caption=caption)
 
 
