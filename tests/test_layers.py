@@ -26,7 +26,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("beam",),
     ("presets", "chart_ranges"),
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
-    ("sensitivities",),
+    ("sensitivities", "measured"),
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),

@@ -35,6 +35,10 @@ OVER_HELP = (
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
 LESSON_HELP = "The scene of a lesson, in place of a file; `serve` also opens a lesson's file."
+BEAM_SCENE_HELP = (
+    "A scene saved by the explorer, for its beam, model and measured frequencies; other options"
+    " override it."
+)
 OVER_FORM = "|".join((*NUMBERS, "UNIT"))
 TIP_PATH_HELP = "The curve that the free end runs through."
 DARK_HELP = "Background (default light); of a page too, whatever its reader prefers."
@@ -131,6 +135,13 @@ BEAM_KEYWORDS = [
     *MODEL_KEYWORDS,
     *FACTOR_KEYWORDS,
 ]
+# The scene of a command that takes a beam.
+BEAM_SCENE = keyword(
+    "scene",
+    Path | None,
+    option(BEAM_SCENE_HELP, metavar="FILE.toml", panel="Beam"),
+    None,
+)
 
 
 def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]]:
@@ -254,15 +265,28 @@ def scene_from_options(
     return start.changed(**given)
 
 
+CONTEXT = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+
+
 def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
-    """A decorator: the command has the options of a beam and its model, and receives `beam` and
-    `options`."""
+    """A decorator: the command has the options of a beam and its model, or of a scene that has
+    them, and receives `beam`, `options` and, where it has such a keyword, the measured frequencies
+    of the scene as `scene_measured`."""
+    has_measured = "scene_measured" in inspect.signature(command).parameters
 
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
-        beam, options = beam_and_model(**given)
+        if given["scene"]:
+            scene = scene_from_options(**given, lesson=None, mode=None, dark=None)
+            beam, options, measured = scene.beam, scene.options, scene.measured
+        else:
+            values = {name: given[name] for name in given if name not in ("context", "scene")}
+            (beam, options), measured = beam_and_model(**values), {}
+        if has_measured:
+            remaining = {**remaining, "scene_measured": measured}
         command(beam=beam, options=options, **remaining)
 
-    return with_keywords(command, ("beam", "options"), BEAM_KEYWORDS, call)
+    made = ("beam", "options", "scene_measured")
+    return with_keywords(command, made, [CONTEXT, BEAM_SCENE, *BEAM_KEYWORDS], call)
 
 
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
@@ -272,8 +296,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
         command(scene=scene_from_options(**given), **remaining)
 
-    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
-    return with_keywords(command, ("scene",), [context, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
+    return with_keywords(command, ("scene",), [CONTEXT, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
 
 
 def with_keywords(

@@ -221,6 +221,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (f"adjust.free.{chance.choice(('beta', 'delta', 'pitch'))}", chance.random() < 0.5),
             ("adjust.high.beta", chance.choice((0.7, 0.9, 3.0))),
             ("adjust.measured", chance.choice(("", "frequency\n3.1", "gamma, frequency\n1"))),
+            ("adjust.match", chance.choice(("0 B2", "0", "4 B1", "B1"))),
             ("adjust.targets", chance.choice(("B1=3.6", "B1"))),
             ("adjust.margin", chance.choice((5.0, 20.0, 900.0))),
             *several[:3],

@@ -18,6 +18,7 @@ from beamviz.explorer.features.loads import LoadsTab
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.mass_drag import MassDrag
+from beamviz.explorer.features.matches import Matches
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.features.own_lessons import OwnLessons
@@ -43,6 +44,7 @@ FEATURES: tuple[type[Feature], ...] = (
     RunUpTab,
     MotionTab,
     AdjustTab,
+    Matches,
     MethodTimingTab,
     Lessons,
     OwnLessons,

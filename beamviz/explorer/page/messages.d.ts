@@ -149,6 +149,7 @@ interface Actions { // the types of their values
   "adjust.low.root": number;
   "adjust.low.twist": number;
   "adjust.margin": number;
+  "adjust.match": string;
   "adjust.measured": string;
   "adjust.run": null;
   "adjust.targets": string;

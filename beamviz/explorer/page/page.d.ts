@@ -13,6 +13,7 @@ interface Part extends HTMLInputElement {
   readonly parentElement: Part | null;
   readonly dataset: Attributes;
   open: boolean;
+  selected: boolean;
   show(): void;
   showModal(): void;
   close(): void;

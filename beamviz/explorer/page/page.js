@@ -373,8 +373,11 @@ const beamviz = (() => {
           const kept = (there.matches(ALL) && own.test(name)) || (left && name === "open");
           if (!node.hasAttribute(name) && !kept) there.removeAttribute(name);
         }
-        for (const { name, value } of node.attributes)
-          if (there.getAttribute(name) !== value && !(isLeft && name === "open")) there.setAttribute(name, value);
+        for (const { name, value } of node.attributes) {
+          if (there.getAttribute(name) === value || (isLeft && name === "open")) continue;
+          there.setAttribute(name, value);
+          if (name === "selected") there.selected = true;
+        }
         if (!there.hasAttribute("data-chart")) morph(there, node);
       }
     }
