@@ -371,8 +371,7 @@ def toml_table(heading: str, values: dict[str, Any]) -> str:
             inner += [toml_table(f"[[{name}.{key}]]", entry) for entry in value]
         else:
             bare = key if BARE_KEY.fullmatch(key) else json.dumps(key)
-            lines.append(f"{bare} = {toml_value(value)}
-")
+            lines.append(f"{bare} = {toml_value(value)}\n")
     return "".join([*lines, *inner]) if values else ""
 
 
