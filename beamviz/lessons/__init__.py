@@ -239,10 +239,10 @@ LESSONS = (
             "They no longer meet.",
         ),
         right=2,
-        scene=Scene.of(flap=0.25, gamma=3, plane="both", mode=1),
+        scene=Scene.of(flap=0.25, gamma=3, plane="both", mode=1, tip_path=True),
         do="In **Frequencies**, F1 crosses L1 near γ = 3. Drag **pitch θ** slowly from 0 to 20.",
         see="The gap between modes 1 and 2 opens as you drag. Each of the two now moves up and"
-        " down and side to side at once.",
+        " down and side to side at once, along the orange path of its tip.",
         meaning="Without a pitch the two planes are independent, and two independent frequencies"
         " may be equal. A pitched section bends most easily along a slanted line, so flap and lag"
         " share a stiffness: they are coupled, and coupled modes do not cross. It is a *veering*"
@@ -267,10 +267,10 @@ LESSONS = (
             "Both at once, in every mode.",
         ),
         right=1,
-        scene=Scene.of(flap=1 / 16, plane="both", mode=2),
+        scene=Scene.of(flap=1 / 16, plane="both", mode=2, tip_path=True),
         do="Drag **twist φ** from 0 up to 60 and look at modes 1 to 3.",
-        see="The tip moves along a slanted line. Mode 1 stays mostly up and down; mode 3 takes more"
-        " and more of the motion side to side.",
+        see="The tip moves along a slanted line, drawn in orange. Mode 1 stays mostly up and down;"
+        " mode 3 takes more and more of the motion side to side.",
         meaning="Every section bends most easily across its flat side, and that direction turns"
         " along a twisted beam. No mode can keep to one plane: bending is *coupled*, at rest and"
         " without any force. The share of its kinetic energy in each plane says which of the two a"
