@@ -67,3 +67,14 @@ def test_the_bar_begins_with_nothing_but_the_work_of_the_pull():
     assert parts.min() > -1e-9
     total = parts.sum(axis=0)
     assert np.ptp(total) < 1e-3 * total[0]
+
+
+def test_colours_of_the_strain_of_a_known_material_tell_its_stress_and_yield(guest):
+    """Of a slow steel bar, and of a fast one with rho Omega^2 L^2 / 2 = 628 MPa at its root."""
+    steel = "youngs_modulus=210e9&density=7850&area=5e-4&second_moment=4.2e-9&yield_stress=250e6"
+    link = f"?length=1.0&{steel}&colouring=axial strain&amplitude=0&rotation_speed="
+    guest.do("link", f"{link}100")
+    guest.wait(lambda _: "axial stress ± 39 MPa, yields at 250 MPa" in guest.texts["legend"])
+    guest.do("link", f"{link}400")
+    guest.wait(lambda _: "axial stress ± 630 MPa: yields" in guest.texts["legend"])
+    assert 'class="stress yields"' in guest.texts["legend"]
