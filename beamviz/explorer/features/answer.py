@@ -240,7 +240,7 @@ def stress_note(strain: float, units: Units | None) -> str:
     if units is None or units.youngs_modulus is None:
         return ""
     stress, limit = units.youngs_modulus * strain, units.yield_stress
-    text = f"axial stress ± {significant(stress / 1e6, 2)} MPa"  # as the strain beside it
+    text = f"axial stress ± {stress_text(float(f'{stress:.2g}'))}"  # in the digits of the strain
     if limit is None:
         return f'<div class="stress">{text}</div>'
     if stress > limit:
