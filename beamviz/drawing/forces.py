@@ -26,7 +26,7 @@ from beamviz.dynamics import Motion
 from beamviz.mechanics.inertia import Loading, Number
 
 PIECES = 8  # of the beam
-BAND = 48  # pieces of the band of the tension, besides those that end at bodies
+BAND = 80  # pieces of the band of the tension, besides those that end at bodies
 PULL, SOFTENING, CORIOLIS, EULER = "pull", "softening", "Coriolis", "Euler"
 KINDS = PULL, SOFTENING, CORIOLIS, EULER
 NONE = 1e-9  # of the largest force: what rounding leaves of none
