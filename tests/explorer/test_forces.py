@@ -33,6 +33,16 @@ def test_the_legend_names_what_is_drawn_and_what_the_model_leaves_out(guest):
     guest.wait(lambda _: guest.texts[ROWS] == "")
 
 
+def test_a_beam_that_points_inward_is_pressed(guest):
+    guest.do("link", "?gamma=2&delta=-1&forces=true")
+    guest.wait(lambda _: "<b>compression" in guest.texts[ROWS])
+    assert "<b>tension" not in guest.texts[ROWS]
+    guest.do("delta", -0.6)
+    guest.wait(
+        lambda _: "<b>tension" in guest.texts[ROWS] and "<b>compression" in guest.texts[ROWS]
+    )
+
+
 def test_a_real_beam_has_its_forces_in_newtons(guest):
     guest.do(
         "link",
