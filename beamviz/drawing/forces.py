@@ -26,7 +26,7 @@ from beamviz.dynamics import Motion
 from beamviz.mechanics.inertia import Loading, Number
 
 PIECES = 8  # of the beam
-BAND = 48  # pieces of the band of the tension, besides those that end at bodies
+BAND = 80  # pieces of the band of the tension, besides those that end at bodies
 PULL, SOFTENING, CORIOLIS, EULER = "pull", "softening", "Coriolis", "Euler"
 KINDS = PULL, SOFTENING, CORIOLIS, EULER
 NONE = 1e-9  # of the largest force: what rounding leaves of none
@@ -129,15 +129,20 @@ class ForceSource:
     """What is known of the forces on a beam besides the moment.
 
     pieces: those that forces are on; band: stations (b,) of the tension; largest: of each kind that
-    there is, at any time, on a piece of the beam and on a body; greatest_tension: likewise, 0 for
-    none; at_root: the tension at the root at rest in the hub's frame, None where it varies.
+    there is, at any time, on a piece of the beam and on a body; tensions: the least and the
+    greatest, below 0 for compression; at_root: the tension at the root, None where it varies.
     """
 
     pieces: "ForcePieces"
     band: NDArray
     largest: Mapping[str, tuple[float, float]]
-    greatest_tension: float
+    tensions: tuple[float, float]
     at_root: float | None
+
+    @property
+    def greatest_tension(self) -> float:
+        """The greatest tension or compression; 0 for none."""
+        return max(map(abs, self.tensions))
 
     def at(self, moment: Any) -> Forces:
         """The forces at the phases (m,) [rad] of modes, or at a time [T*] of a motion."""
@@ -169,7 +174,7 @@ class ModeForces(ForceSource):
         self.rates = amplitudes * frequencies
         self.band = band_stations(beam)
         self.tension = self.factors[PULL] * solution.equilibrium.loads.at(self.band).axial
-        self.greatest_tension = float(np.abs(self.tension).max())
+        self.tensions = float(self.tension.min()), float(self.tension.max())
         self.at_root = float(self.tension[0])
         self.largest = present(self.bounds())
 
@@ -210,7 +215,8 @@ class MotionForces(ForceSource):
         kinds = inertial_forces(R, v, gamma, rate, in_plane=True)
         greatest = {kind: self.pieces.greatest(values) for kind, values in kinds.items()}
         self.largest = present(greatest)
-        self.greatest_tension = float(np.abs(motion.tension(some, self.band)).max())
+        tension = motion.tension(some, self.band)
+        self.tensions = float(tension.min()), float(tension.max())
 
     def state(self, t: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """m R and m v (len(t), k), complex, and the speed and its rate (len(t), 1)."""

@@ -20,6 +20,7 @@ from beamviz.drawing.forces import (
 )
 from beamviz.drawing.modes import stations
 from beamviz.drawing.scene_graph import SceneGraph
+from beamviz.exports.motion_scene import MotionScene
 from beamviz.scene import ViewOptions
 
 TAPERED = Beam(gamma=8, blade=Blade.tapered(0.5), masses=(Mass(0.3, 0.4), Mass(0.5, 1.0)))
@@ -142,3 +143,42 @@ def test_arrows_are_as_long_as_their_forces_and_the_band_as_high():
     )
     assert not any("tension" in caption.text for caption in view.captions)
     assert DrawnBeam(shapes, ViewOptions(forces=True, all_modes=True)).forces is None
+
+
+@pytest.mark.parametrize(
+    ("beam", "options"),
+    [
+        (Beam(gamma=5, blade=TAPERED.blade, masses=TAPERED.masses, root=0.0), {}),
+        (Beam(gamma=4, delta=-1), {"state": "straight"}),  # which has buckled
+        (Beam(gamma=4, delta=-1), {"state": "stable"}),
+        (Beam(gamma=5, masses=(Mass(1.0, 0.0), Mass(0.0, 0.5, (0.1, 0.1, 0.1)))), {}),
+        (Beam(gamma=5, pitch=30, flap=4), {"plane": "both"}),
+        (Beam(gamma=0), {}),
+        (Beam(gamma=3, mu=1e6), {}),
+    ],
+    ids=str,
+)
+def test_every_kind_of_beam_is_drawn_with_finite_forces(beam, options):
+    """Also a body at the clamp, and one without mass."""
+    shapes = sampled(beam, **options)
+    graph = SceneGraph()
+    view = BeamView(graph)
+    view.show(DrawnBeam(shapes, SHOWN))
+    view.move(np.ones(len(shapes.modes)), 0.5)
+    for node in graph.nodes.values():
+        for name in ("batched_positions", "batched_wxyzs", "batched_scales"):
+            assert np.isfinite(getattr(node, name, 0.0)).all(), (node.name, name)
+
+
+def test_a_film_of_a_motion_has_the_forces_of_each_moment():
+    """As the page draws them, of a beam that drops its body."""
+    moved = motion(Beam(alpha=1, gamma=4), 1.0, release=1.0, drop=0.5)
+    scene, graph = MotionScene(moved, forces=True), SceneGraph()
+    beams = scene.draw(graph)
+    heads = []
+    for moment in (0.25, 0.75):
+        scene.move(beams, moment)
+        heads.append(graph.nodes["/scene/rotor/force heads"].batched_scales[:, 0].reshape(-1, 9))
+    assert (heads[0][:, -1] > 0).any()
+    assert not heads[1][:, -1].any()
+    assert MotionScene(moved).draw(SceneGraph()).rows[0].forces is None

@@ -33,6 +33,16 @@ def test_the_legend_names_what_is_drawn_and_what_the_model_leaves_out(guest):
     guest.wait(lambda _: guest.texts[ROWS] == "")
 
 
+def test_a_beam_that_points_inward_is_pressed(guest):
+    guest.do("link", "?gamma=2&delta=-1&forces=true")
+    guest.wait(lambda _: "<b>compression" in guest.texts[ROWS])
+    assert "<b>tension" not in guest.texts[ROWS]
+    guest.do("delta", -0.6)
+    guest.wait(
+        lambda _: "<b>tension" in guest.texts[ROWS] and "<b>compression" in guest.texts[ROWS]
+    )
+
+
 def test_a_real_beam_has_its_forces_in_newtons(guest):
     guest.do(
         "link",
@@ -67,3 +77,14 @@ def test_the_bar_begins_with_nothing_but_the_work_of_the_pull():
     assert parts.min() > -1e-9
     total = parts.sum(axis=0)
     assert np.ptp(total) < 1e-3 * total[0]
+
+
+def test_colours_of_the_strain_of_a_known_material_tell_its_stress_and_yield(guest):
+    """Of a slow steel bar, and of a fast one with rho Omega^2 L^2 / 2 = 628 MPa at its root."""
+    steel = "youngs_modulus=210e9&density=7850&area=5e-4&second_moment=4.2e-9&yield_stress=250e6"
+    link = f"?length=1.0&{steel}&colouring=axial strain&amplitude=0&rotation_speed="
+    guest.do("link", f"{link}100")
+    guest.wait(lambda _: "axial stress ± 39 MPa, yields at 250 MPa" in guest.texts["legend"])
+    guest.do("link", f"{link}400")
+    guest.wait(lambda _: "axial stress ± 630 MPa: yields" in guest.texts["legend"])
+    assert 'class="stress yields"' in guest.texts["legend"]

@@ -103,8 +103,8 @@ def test_a_picture_looks_as_it_did(name):
 @pytest.mark.parametrize(
     "changes",
     [{"mu": 60}, {"mode": 1}, {"alpha": 1.1}, {"beta": 0.49}, {"colouring": "axial strain"}]
-    + [{"nodes": False}, {"ghosts": False}, {"thicken": True, "mu": 100}, {"dark": True}]
-    + [{"tip_path": True}],
+    + [{"nodes": False}, {"ghosts": False}, {"tip_path": True}, {"forces": True}]
+    + [{"thicken": True, "mu": 100}, {"dark": True}],
     ids=str,
 )
 def test_another_beam_mass_colour_or_label_looks_different(changes):

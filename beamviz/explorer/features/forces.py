@@ -27,12 +27,14 @@ WORDS = {  # of each kind: its name, and what it does
 }
 TENSION = "tension", "holds it straight: stiffens"
 COMPRESSION = "compression", "helps it to buckle"
+PRESSES = "presses the beam on its hub"
 AT_REST = "At rest: nothing pulls on the beam."
 IN_ROWS = "Forces are drawn on a beam alone, not on all modes."
 HELD = "Forces are drawn when you let go."
 NO_STIFFENING = "Stiffening is off: no tension, and no pull that makes it."
 NO_SOFTENING = "Spin softening is off: no pull aside."
 UNIT = "Forces in E I / L²"
+SEEN = 0.02  # of the height of the band: a lower one is not told
 LEAST_DRIFT = 1e-3  # [%] of the sum of the energies
 NO_ENERGY = 1e-9  # [E I / L] of which no drift is told
 
@@ -70,15 +72,17 @@ def legend(snapshot: Snapshot) -> str:
 
 def rows_of(source: ForceSource, units: Units | None) -> list[str]:
     """A row for the band and for each kind of arrows that there is."""
-    rows = []
-    if source.greatest_tension:
-        pressed = source.at_root is not None and source.at_root < 0
-        words, colour = (
-            (COMPRESSION, colours.COMPRESSION) if pressed else (TENSION, colours.TENSION)
-        )
-        rows.append(row("▬", colour, *words, greatest(source.greatest_tension, units)))
+    rows, (least, most) = list[str](), source.tensions
+    seen = SEEN * source.greatest_tension
+    if most > seen:
+        rows.append(row("▬", colours.TENSION, *TENSION, greatest(most, units)))
+    if -least > seen:
+        rows.append(row("▬", colours.COMPRESSION, *COMPRESSION, greatest(-least, units)))
     for kind, sizes in source.largest.items():
-        rows.append(row("➞", colours.FORCES[kind], *WORDS[kind], greatest(max(sizes), units)))
+        name, does = WORDS[kind]
+        if kind == PULL and -least > most:
+            does = PRESSES
+        rows.append(row("➞", colours.FORCES[kind], name, does, greatest(max(sizes), units)))
     return rows
 
 
