@@ -199,6 +199,7 @@ interface Actions { // the types of their values
   "lesson_restart": null;
   "lesson_step": number;
   "lesson_turn": number;
+  "let_go": boolean;
   "link": string;
   "load": string;
   "mapped": string;
@@ -241,6 +242,7 @@ interface Actions { // the types of their values
   "plane": string;
   "playing": boolean;
   "preferences": string;
+  "pull_tip": number;
   "rate": number | null;
   "real.area": number;
   "real.density": number;
