@@ -166,7 +166,8 @@ class Session:
         page = self.visitor.page
         for feature in self.features:
             page.show(feature.content(snapshot))
-        captions = [caption.data for caption in self.view.captions]
+        captions: list[dict[str, Any]] = [caption.data for caption in self.view.captions]
+        captions += [hint.data | {"hint": True} for hint in self.view.hints if hint.text]
         page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:

@@ -11,6 +11,7 @@ from beamviz.explorer.features.blade import BladePanel
 from beamviz.explorer.features.comparison import ComparisonTab
 from beamviz.explorer.features.controls import Controls
 from beamviz.explorer.features.files import Files
+from beamviz.explorer.features.hints import Hints
 from beamviz.explorer.features.hub_turn import HubTurn
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loads import LoadsTab
@@ -46,4 +47,5 @@ FEATURES: tuple[type[Feature], ...] = (
     MassDrag,
     BeamPull,
     HubTurn,
+    Hints,
 )

@@ -84,6 +84,7 @@ interface PlacedCaption {
   name: string;
   text: string;
   anchor: string;
+  hint?: boolean;
 }
 
 interface Said {
@@ -105,6 +106,7 @@ interface Update {
   dark?: boolean;
   address?: string;
   met?: Array<string>;
+  used?: Array<string>;
   say?: Array<Said>;
   ready?: boolean;
 }
@@ -282,4 +284,5 @@ interface Actions { // the types of their values
   "time_methods": boolean;
   "twist": number;
   "undo": null;
+  "used": string;
 }

@@ -136,6 +136,7 @@ const beamviz = (() => {
     if (update.ready) {
       sendPreferences();
       send("met", localStorage.getItem("beamviz-met") ?? "");
+      send("used", localStorage.getItem("beamviz-used") ?? "");
       send("link", location.search.slice(0, LONGEST));
     }
     if (update.open) showTab(update.open);
@@ -153,6 +154,7 @@ const beamviz = (() => {
       dropRefused();
       setAddress(update.address);
     }
+    if (update.used) localStorage.setItem("beamviz-used", update.used.join(" "));
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
   }
