@@ -97,10 +97,10 @@ def test_the_hub_is_turned_by_a_finger(phone):
     shown.swipe(
         (x, y - 20),
         (x + 100, y - 20),
-        taken=lambda: session.visitor.state.slice(HubState).grip,
+        taken=lambda: session.visitor.state.slice(HubState).hub_grip,
         arrived=lambda: shown.number("gamma") > 10,
     )
-    wait_until(lambda: session.visitor.state.slice(HubState).grip is None)
+    wait_until(lambda: session.visitor.state.slice(HubState).hub_grip is None)
     shown.send("undo", None)
     shown.wait(f"{by_id('gamma-field')}.value === '3'")
     assert scrolled(shown) == 0

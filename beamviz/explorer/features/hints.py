@@ -62,7 +62,7 @@ HINTS = {  # by name, the first one first
         "turn me ↔",
         "top",
         lambda state: True,
-        lambda state: state.slice(HubState).grip is not None,
+        lambda state: state.slice(HubState).hub_grip is not None,
         below_wheel,
     ),
 }

@@ -52,25 +52,25 @@ class HubGrip(NamedTuple):
 class HubState(Slice):
     """The hub in the hand. The beam's frame keeps its place in the scene meanwhile."""
 
-    grip: HubGrip | None = field(
+    hub_grip: HubGrip | None = field(
         default=None, metadata=choice(undo="ends", led="ends", until=("viewpoint",))
     )
 
     @property
     def in_hand(self) -> bool:
-        return self.grip is not None
+        return self.hub_grip is not None
 
 
 def with_grip(state: State, grip: HubGrip | None) -> State:
-    return state.with_values(HubState, grip=grip)
+    return state.with_values(HubState, hub_grip=grip)
 
 
 def grip_of(state: State) -> HubGrip | None:
-    return state.slice(HubState).grip
+    return state.slice(HubState).hub_grip
 
 
 class HubTurn(Feature):
-    """Sets the speed while the wheel is dragged. What is known of the drag is the `grip` of the
+    """Sets the speed while the wheel is dragged. What is known of the drag is the `hub_grip` of the
     state.
 
     wheel: its rim and its spokes; knob: on the rim; handle: invisible boxes around the wheel that
