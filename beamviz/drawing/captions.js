@@ -5,7 +5,9 @@ const beamvizCaptions = (() => {
   const EDGE = 4; // [px] from the edge of the picture
   /** @type {Record<string, number>} */
   const SIDES = { top: 0, center: -0.5, bottom: -1, right: -0.5 }; // of the text at its point: its offset
-  /** @typedef {{ name: string, text: string, anchor: string }} Text name of the node, key of SIDES */
+  const TEXTS = "#captions > *, #legend, #transport"; // of a page, which hints do not cover
+  /** @typedef {{ name: string, text: string, anchor: string, hint?: boolean }} Text name of the node, key of SIDES */
+  /** @typedef {{ left: number, top: number, width: number, height: number }} Box [px] in the picture */
   /** @type {(Text & { element: HTMLElement, width: number, height: number })[]} */
   let captions = [];
   let frame = 0;
@@ -14,9 +16,10 @@ const beamvizCaptions = (() => {
   /** @param {Text[]} list */
   function show(list) {
     const layer = layerOf();
-    layer.replaceChildren(...list.map(({ text }) => {
+    layer.replaceChildren(...list.map(({ text, hint }) => {
       const element = document.createElement("span");
       element.textContent = text;
+      element.className = hint ? "hint" : "";
       return element;
     }));
     captions = list.map((one, k) => {
@@ -27,11 +30,26 @@ const beamvizCaptions = (() => {
     place(); // before viser draws: it passes on messages within a frame, after the other callbacks
   }
 
+  /** @type {(a: Box, b: Box) => boolean} */
+  const overlap = (a, b) => a.left <= b.left + b.width && b.left <= a.left + a.width
+    && a.top < b.top + b.height && b.top < a.top + a.height;
+
+  /**
+   * The texts of the page over the scene.
+   * @param {HTMLElement} canvas
+   * @returns {Box[]}
+   */
+  function textsOf(canvas) {
+    const { left, top } = canvas.getBoundingClientRect();
+    return [...document.querySelectorAll(TEXTS)].map((one) => one.getBoundingClientRect()).filter((box) => box.width)
+      .map((box) => ({ left: box.left - left, top: box.top - top, width: box.width, height: box.height }));
+  }
+
   /* Moves all texts to their points; one that would cover another is moved down. */
   function place() {
     frame = captions.length ? requestAnimationFrame(place) : 0;
     const canvas = beamvizViser.canvas();
-    /** @type {{ left: number, top: number, width: number, height: number }[]} */
+    /** @type {Box[]} */
     const placed = [];
     if (!canvas) return;
     for (const one of captions) {
@@ -42,12 +60,12 @@ const beamvizCaptions = (() => {
       const before = one.anchor === "right" ? 1 : 0.5; // the part of the text left of the point
       const left = Math.max(EDGE, Math.min(pixel[0] - before * one.width, across));
       let top = pixel[1] + SIDES[one.anchor] * one.height;
-      for (const other of placed) {
-        const beside = left > other.left + other.width || other.left > left + one.width;
-        const level = top < other.top + other.height && other.top < top + one.height;
-        if (level && !beside) top = other.top + other.height;
-      }
-      placed.push({ left, top, width: one.width, height: one.height });
+      const box = { left, top, width: one.width, height: one.height };
+      const others = one.hint ? [...placed, ...textsOf(canvas)] : placed;
+      for (const other of others) if (overlap(box, other)) top = box.top = other.top + other.height;
+      const isCut = top + one.height > canvas.clientHeight;
+      one.element.hidden = Boolean(one.hint && (isCut || others.some((other) => overlap(box, other))));
+      placed.push(box);
       one.element.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
     }
   }
@@ -73,7 +91,7 @@ const beamvizCaptions = (() => {
       context.translate(-box.left, -box.top);
       context.textAlign = "center";
       for (const text of /** @type {Iterable<HTMLElement>} */ (layer.children)) {
-        if (text.hidden) continue;
+        if (text.hidden || text.className) continue; // also a hint
         const { left, top, right, bottom } = text.getBoundingClientRect();
         const { fontSize, fontFamily, color, backgroundColor } = getComputedStyle(text);
         const font = `${fontSize} ${fontFamily}`; // the shorthand is empty if it cannot say all

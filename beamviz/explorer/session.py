@@ -201,7 +201,8 @@ class Session:
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
-        captions = [caption.data for caption in self.view.captions]
+        captions: list[dict[str, Any]] = [caption.data for caption in self.view.captions]
+        captions += [hint.data | {"hint": True} for hint in self.view.hints if hint.text]
         self.visitor.page.show({("captions",): captions})
         for feature in self.features:
             feature.move(snapshot)

@@ -164,11 +164,13 @@ def with_film(
 
 
 class SceneView:
-    """The objects of the scene, seen by a camera. beam: the single one."""
+    """The objects of the scene, seen by a camera. beam: the single one; hints: texts at what is
+    taken by the hand."""
 
     def __init__(self, scene: DrawnScene, camera: CameraHandle):
         self.scene, self.camera = BeamScene(scene), camera
         self.beam = self.scene.view(0)
+        self.hints: list[Caption] = []
 
     @property
     def graph(self) -> DrawnScene:

@@ -328,3 +328,29 @@ def test_a_visitor_of_a_lecture_pulls_the_beam(desk):
     pulls = [each.state.slice(MotionState).experiment.pull for each in (one, desk)]
     assert pulls[0] != pulls[1]
     assert desk.state.slice(MotionState).hold is None
+
+
+def test_the_tip_is_pulled_by_keys(desk):
+    """Enter lets it go, Escape puts it back; the slider shows where it is held. Once it is let go,
+    leaving the slider ends nothing."""
+    desk.do("only", 0)
+    desk.frame(3)
+    desk.do("pull_tip", 0.1)
+    desk.frame(3)
+    assert desk.session.view.beam.line[-1, 1] == pytest.approx(0.1, abs=1e-3)
+    desk.do("let_go", False)
+    desk.frame(3)
+    assert desk.session.snapshot.film is None
+    for deflection in (0.06, 0.14):
+        desk.do("pull_tip", deflection)
+        desk.frame(3)
+    desk.do("let_go", True)
+    desk.do("let_go", False)
+    desk.frame(4)
+    state = desk.state
+    assert state.slice(MotionState).in_motion
+    assert state.slice(MotionState).experiment.pull_at == 1.0
+    assert desk.session.snapshot.film.until > 1
+    desk.do("undo")
+    desk.frame(3)
+    assert desk.session.snapshot.film is None

@@ -10,6 +10,7 @@ from beamviz.beam import Beam
 from beamviz.dynamics import motion
 from beamviz.explorer import explorer
 from beamviz.explorer.experiment import MotionState
+from beamviz.explorer.features.hub_turn import HubState
 from beamviz.explorer.features.mass_drag import DragState
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
@@ -84,6 +85,24 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     held = motion(BEAM, 0.1, release=own.pull, release_at=own.pull_at)
     assert own.pull_at == 1.0
     assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)
+    assert scrolled(shown) == 0
+    assert shown.problems == []
+
+
+def test_the_hub_is_turned_by_a_finger(phone):
+    """To the right, in a step to undo; the page does not scroll meanwhile."""
+    shown, session = phone
+    shown.wait(f"!!{NODES}?.['/scene/rotor/wheel']")
+    x, y = shown.at_rest(lambda: place(shown, 0.0, 0.0))
+    shown.swipe(
+        (x, y - 20),
+        (x + 100, y - 20),
+        taken=lambda: session.visitor.state.slice(HubState).hub_grip,
+        arrived=lambda: shown.number("gamma") > 10,
+    )
+    wait_until(lambda: session.visitor.state.slice(HubState).hub_grip is None)
+    shown.send("undo", None)
+    shown.wait(f"{by_id('gamma-field')}.value === '3'")
     assert scrolled(shown) == 0
     assert shown.problems == []
 

@@ -69,16 +69,20 @@ def different(one: Image.Image, other: Image.Image) -> float:
 
 
 def test_the_plain_picture_is_that_of_the_server(school):
-    """Of the same beam, from the same viewpoint, in the same colours, and again after an edit."""
-    moment = OpeningScene(FIRST).moment()
+    """Of all modes of the same beam, which have no handles, from the same viewpoint, in the same
+    colours, and again after an edit."""
+    school.send("all_modes", True)
+    rows = FIRST.changed(all_modes=True)
+    moment = OpeningScene(rows).moment()
     for beta in (0.5, 0.8):
         school.send("beta", beta)
         wait_until(lambda beta=beta: school.number("beta") == beta)
         drawn = picture(school)
-        scene = OpeningScene(FIRST.changed(beta=beta))
+        scene = OpeningScene(rows.changed(beta=beta))
         assert different(drawn, WithoutShadow(scene, *drawn.size).picture(moment)) < SAME
-    before = OpeningScene(FIRST)
+    before = OpeningScene(rows)
     assert different(drawn, WithoutShadow(before, *drawn.size).picture(moment)) > SAME
+    school.send("all_modes", False)
 
 
 def test_all_else_works_and_the_reason_is_said(school):

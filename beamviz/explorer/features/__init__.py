@@ -12,6 +12,7 @@ from beamviz.explorer.features.comparison import ComparisonTab
 from beamviz.explorer.features.controls import Controls
 from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.forces import ForcesLegend
+from beamviz.explorer.features.hints import Hints
 from beamviz.explorer.features.hub_turn import HubTurn
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loads import LoadsTab
@@ -52,4 +53,5 @@ FEATURES: tuple[type[Feature], ...] = (
     MassDrag,
     BeamPull,
     HubTurn,
+    Hints,
 )

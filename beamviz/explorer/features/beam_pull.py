@@ -1,7 +1,8 @@
-"""The beam in the scene, which the visitor pulls aside and lets go: by the ball at its tip, or at
-any place while the tab Motion is open or a motion is played."""
+"""The beam in the scene, which the visitor pulls aside and lets go: by the ball at its tip or by
+keys, and at any place while the tab Motion is open or a motion is played."""
 
 import itertools
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -13,14 +14,17 @@ from beamviz.drawing import colours
 from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.errors import InvalidInput
+from beamviz.explorer import page
 from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move
 from beamviz.explorer.experiment import RANGES, Hold, MotionState, with_hold
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.mass_drag import nearest
 from beamviz.explorer.features.motion import MotionTab, begun
+from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Ray, State
 from beamviz.explorer.view import SceneView
+from beamviz.explorer.visitor import Visitor
 
 LEAST_PLACE = 0.1  # of the beam, at which it can be pulled
 TIP = 0.93  # from which on it is pulled at its tip
@@ -31,7 +35,22 @@ PIECES = 12  # of the sleeve
 SLEEVE = 0.1  # [L] its width, wide enough for a finger
 BALL = 0.036  # [L] radius of the ball at the tip, seen beside a usual section
 LEAST_PULL = 0.005  # [L] a smaller deflection is a click
+KEY_STEP = 0.02  # [L] of the deflection by an arrow key
 NUMBERS = itertools.count(1)  # of the pulls of all visitors
+# The ball for keys: page.js sends `let_go`, true for Enter, false for Escape and on leaving it.
+BY_KEYS = (
+    '<label for="pull-slider">Pull the tip of the beam</label><input type="range"'
+    + page.attributes(
+        id="pull-slider",
+        data_set="pull_tip",
+        data_unit="of the length",
+        min=-LARGEST,
+        max=LARGEST,
+        step=KEY_STEP,
+        aria_describedby="pull-keys",
+    )
+    + '><div id="pull-keys" class="soft">← → pull it aside, Enter lets go, Esc puts it back</div>'
+)
 
 
 class BeamPull(Feature):
@@ -42,6 +61,17 @@ class BeamPull(Feature):
     in another number of pieces. All are of no size but the last, which is the ball's, where the
     beam is pulled at its tip alone, so that bodies are slid and elsewhere the view is turned.
     """
+
+    style = "beam_pull.css"
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        visitor.bind("pull_tip", with_tip_at, deflection_of, float)
+        self.page.on("let_go", lambda lets: visitor.update(partial(out_of_hand, lets=lets)), bool)
+
+    def content(self, snapshot: Snapshot) -> Content:
+        shown = can_begin(snapshot) or snapshot.state.slice(MotionState).hold
+        return page.html("pull-row", BY_KEYS) | page.props("pull-row", hidden=not shown)
 
     def add_to(self, view: SceneView) -> None:
         self.scene, self.view, self.offered = view, view.beam, False
@@ -56,8 +86,7 @@ class BeamPull(Feature):
         go: put ball and sleeve around it as it was drawn last."""
         state, motion = snapshot.state, snapshot.state.slice(MotionState)
         chosen = motion.in_motion or state.tab == MotionTab.tab.key
-        can_begin = not snapshot.picture.drawn.in_rows and can_move(state)
-        self.offer(offered=can_begin or motion.hold is not None)
+        self.offer(offered=can_begin(snapshot) or motion.hold is not None)
         if not self.offered:
             return
         x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
@@ -85,13 +114,11 @@ class BeamPull(Feature):
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
-        visitor, hold = self.visitor, self.visitor.state.slice(MotionState).hold
+        visitor = self.visitor
         if event.phase == "end":
-            if hold:
-                pulled = abs(hold.deflection) >= LEAST_PULL
-                hold = hold._replace(held=False) if pulled else None
-                visitor.update(partial(with_hold, hold=hold))
+            visitor.update(partial(out_of_hand, lets=True))
             return
+        hold = visitor.state.slice(MotionState).hold
         sight = self.scene.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
         if hold is None or not hold.held:
@@ -133,6 +160,38 @@ class BeamPull(Feature):
             self.sleeve.on_drag(self.dragged)
         else:
             self.sleeve.remove_drag_callback(self.dragged)
+
+
+def can_begin(snapshot: Snapshot) -> bool:
+    """Whether the beam is drawn alone and has a motion."""
+    return not snapshot.picture.drawn.in_rows and can_move(snapshot.state)
+
+
+def deflection_of(state: State) -> float:
+    """The deflection [L] of the point in the hand, 0 without one."""
+    hold = state.slice(MotionState).hold
+    return hold.deflection if hold and hold.held else 0.0
+
+
+def with_tip_at(state: State, deflection: float) -> State:
+    """With the tip held at a deflection [L]."""
+    hold = state.slice(MotionState).hold
+    if state.view.all_modes or not (can_move(state) and math.isfinite(deflection)):
+        return state
+    if hold is None or not (hold.held and hold.at == 1.0):
+        hold = Hold(1.0, 0.0, number=next(NUMBERS))
+    deflection = round(min(max(deflection, -LARGEST), LARGEST), DIGITS)
+    return with_hold(state, hold._replace(deflection=deflection))
+
+
+def out_of_hand(state: State, lets: bool) -> State:
+    """With the beam out of the hand: it is released as soon as the force is known, unless it is not
+    pulled; lets: False puts it back instead."""
+    hold = state.slice(MotionState).hold
+    if hold is None or not hold.held:
+        return state
+    pulled = lets and abs(hold.deflection) >= LEAST_PULL
+    return with_hold(state, hold._replace(held=False) if pulled else None)
 
 
 def let_go(state: State, hold: Hold, force: float) -> State:

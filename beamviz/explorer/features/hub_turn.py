@@ -31,11 +31,13 @@ from beamviz.explorer.view import Picture, SceneView
 
 REACH = 1.5  # [L] across the screen, for the whole range of the slider of the speed
 RIM = 0.095  # [L] least radius of the wheel: of a small hub it stands out
-BAR = 0.022  # [L] diameter of its bars
-KNOB = 0.03  # [L] radius
-KNOB_PLACE = (2.1, 0.2)  # from the clamp: angle [rad] and distance along the rim [L], the smaller
+BAR = 0.018  # [L] diameter of its bars
+KNOB = 0.027  # [L] radius
+WHOLE = 0.2  # [L] largest radius of a whole wheel; of a larger hub it is a part of the rim
+PART = 0.4  # [L] of the rim, around the knob
+KNOB_PLACE = (2.1, 0.25)  # from the clamp: angle [rad] and distance along the rim [L], the smaller
 HANDLE = (0.12, 0.08)  # [L] width and height of what takes the pointer, wide enough for a finger
-PIECES = 96  # of the rim
+PIECES = 60  # of the rim
 SPOKES = 2
 
 
@@ -50,25 +52,25 @@ class HubGrip(NamedTuple):
 class HubState(Slice):
     """The hub in the hand. The beam's frame keeps its place in the scene meanwhile."""
 
-    grip: HubGrip | None = field(
+    hub_grip: HubGrip | None = field(
         default=None, metadata=choice(undo="ends", led="ends", until=("viewpoint",))
     )
 
     @property
     def in_hand(self) -> bool:
-        return self.grip is not None
+        return self.hub_grip is not None
 
 
 def with_grip(state: State, grip: HubGrip | None) -> State:
-    return state.with_values(HubState, grip=grip)
+    return state.with_values(HubState, hub_grip=grip)
 
 
 def grip_of(state: State) -> HubGrip | None:
-    return state.slice(HubState).grip
+    return state.slice(HubState).hub_grip
 
 
 class HubTurn(Feature):
-    """Sets the speed while the wheel is dragged. What is known of the drag is the `grip` of the
+    """Sets the speed while the wheel is dragged. What is known of the drag is the `hub_grip` of the
     state.
 
     wheel: its rim and its spokes; knob: on the rim; handle: invisible boxes around the wheel that
@@ -174,23 +176,29 @@ def wheel_height(beam: Beam) -> float:
 
 def bars(beam: Beam, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres (n, 3), orientations wxyz (n, 4) and sizes (n, 3) of the bars of the wheel, with a
-    width and a height [L]: the pieces of the rim and the spokes, of which a ring has none."""
-    radius, height = abs(wheel_radius(beam)), wheel_height(beam)
+    width and a height [L]: the pieces of the rim and the spokes, of which a part has none."""
+    radius, height = wheel_radius(beam), wheel_height(beam)
+    is_whole = 0 < radius <= WHOLE
+    half = np.pi if is_whole else min(PART / abs(radius), 2 * np.pi) / 2  # [rad]
     rim = np.full((PIECES + 1, 3), height)
-    rim[:, :2] = radius * direction(np.linspace(0.0, 2 * np.pi, PIECES + 1))
+    rim[:, :2] = radius * direction(knob_angle(radius) + np.linspace(-half, half, PIECES + 1))
     parts = [segments(rim, NORMALS["chordwise"], size)]
     for angle in np.pi * (np.arange(SPOKES) + 0.5) / SPOKES:
         end = np.append(radius * direction(angle), 0.0)
         ends = np.stack([-end, end]) + [0.0, 0.0, height]
         centres, wxyz, sizes = segments(ends, NORMALS["chordwise"], size)
-        parts.append((centres, wxyz, sizes * (beam.delta >= 0)))
+        parts.append((centres, wxyz, sizes * is_whole))
     centres, wxyz, sizes = (np.concatenate(each) for each in zip(*parts, strict=True))
     return centres, wxyz, sizes
 
 
-def knob_place(beam: Beam) -> np.ndarray:
-    """The centre (3,) of the knob on the rim: near the clamp, where a large hub is in view."""
-    radius = wheel_radius(beam)
+def knob_angle(radius: float) -> float:
+    """The angle [rad] of the knob: near the clamp, where a large hub is in view, and in front."""
     angle, distance = KNOB_PLACE
-    angle = -min(angle, distance / abs(radius)) * np.sign(radius)
-    return np.append(radius * direction(angle), wheel_height(beam) + KNOB)
+    return math.copysign(min(angle, distance / abs(radius)), -radius)
+
+
+def knob_place(beam: Beam) -> np.ndarray:
+    """The centre (3,) of the knob on the rim."""
+    radius = wheel_radius(beam)
+    return np.append(radius * direction(knob_angle(radius)), wheel_height(beam) + KNOB)

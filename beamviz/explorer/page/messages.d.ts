@@ -84,6 +84,7 @@ interface PlacedCaption {
   name: string;
   text: string;
   anchor: string;
+  hint?: boolean;
 }
 
 interface Said {
@@ -106,6 +107,7 @@ interface Update {
   address?: string;
   met?: Array<string>;
   answers?: Array<string>;
+  used?: Array<string>;
   say?: Array<Said>;
   ready?: boolean;
 }
@@ -204,6 +206,7 @@ interface Actions { // the types of their values
   "lesson_restart": null;
   "lesson_step": number;
   "lesson_turn": number;
+  "let_go": boolean;
   "link": string;
   "load": string;
   "mapped": string;
@@ -266,6 +269,7 @@ interface Actions { // the types of their values
   "plane": string;
   "playing": boolean;
   "preferences": string;
+  "pull_tip": number;
   "rate": number | null;
   "real.area": number;
   "real.density": number;
@@ -306,4 +310,5 @@ interface Actions { // the types of their values
   "tip_path": boolean;
   "twist": number;
   "undo": null;
+  "used": string;
 }

@@ -115,12 +115,13 @@ class ChartUpdate(Message, omit_defaults=True):
     regions: list[Region] | UnsetType = UNSET
 
 
-class PlacedCaption(Message):
+class PlacedCaption(Message, omit_defaults=True):
     """A text at a node of the scene."""
 
     name: str
     text: str
     anchor: str  # the side of the text that is at the node
+    hint: bool = False  # it is hidden where it would cover another text, and not in a picture
 
 
 class Said(Message):
@@ -147,6 +148,7 @@ class Update(Message, omit_defaults=True):
     address: str | UnsetType = UNSET  # the query of the page's address
     met: list[str] | UnsetType = UNSET  # lessons whose challenge is met, for the browser to keep
     answers: list[str] | UnsetType = UNSET  # to questions of lessons, for the browser to keep
+    used: list[str] | UnsetType = UNSET  # what was taken in the hand, for the browser to keep
     say: list[Said] | UnsetType = UNSET  # announcements
     ready: bool | UnsetType = UNSET  # all actions have handlers
 

@@ -137,6 +137,7 @@ const beamviz = (() => {
       sendPreferences();
       send("met", localStorage.getItem("beamviz-met") ?? "");
       send("answers", `${voter()} ${localStorage.getItem("beamviz-answers") ?? ""}`);
+      send("used", localStorage.getItem("beamviz-used") ?? "");
       send("link", location.search.slice(0, LONGEST));
     }
     if (update.open) showTab(update.open);
@@ -154,6 +155,7 @@ const beamviz = (() => {
       dropRefused();
       setAddress(update.address);
     }
+    if (update.used) localStorage.setItem("beamviz-used", update.used.join(" "));
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
     if (update.answers?.length) localStorage.setItem("beamviz-answers", update.answers.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
@@ -665,8 +667,9 @@ const beamviz = (() => {
     }
     if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
     const letter = key.length === 1 && key !== " ";
-    const arrow = key.startsWith("arrow");
-    if (letter || (arrow && !e.closest?.("#scene, [role=slider]"))) event.stopPropagation();
+    const arrow = key.startsWith("arrow"), isBall = e.matches?.("#pull-slider");
+    if (isBall && (key === "enter" || key === "escape")) send("let_go", key === "enter");
+    if (letter || (arrow && (isBall || !e.closest?.("#scene, [role=slider]")))) event.stopPropagation();
     if (!letter || !letters() || document.querySelector("dialog[open]")) return;
     all(`[data-key="${CSS.escape(key)}"]`)[0]?.click();
   }
@@ -730,6 +733,7 @@ const beamviz = (() => {
     }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
+    document.addEventListener("focusout", (event) => targetOf(event).matches("#pull-slider") && send("let_go", false));
     for (const query of Object.values(PREFERENCES)) media(query).addEventListener("change", sendPreferences);
     showDigits(hasAllDigits());
     const box = byId("letters");
