@@ -135,6 +135,9 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("lesson_turn", chance.choice((1, -1)))] * 2,
             ("lesson_step", chance.randrange(3)),
             ("lesson_guess", chance.randrange(3)),
+            *[("own.keep", None), ("own.say", chance.choice(("a", "<b>")))],
+            *[("own.edit", chance.randrange(3)), ("own.go", chance.randrange(3))],
+            *[("own.turn", chance.choice((1, -1)))] * 2,
             *[("drag", (MASS, chance.uniform(-0.3, 0.3)))] * 3,
         ],
         "frequencies": [

@@ -57,7 +57,7 @@ HINT = (
     "Set a scene, keep it, and write a sentence and a question for it; then the next one. The"
     " lesson is a link or a file: nothing of it is stored here."
 )
-SENT = "Your answer is sent. You can change it until the answer is shown."
+SENT = "Your answer is sent; you can change it."
 KEPT = "Your answer stays in this browser."
 REPLACED = "The lesson has replaced your scene."
 RIGHT, WRONG = "Right!", "Not quite: look at the scene again, and choose another answer."
@@ -79,7 +79,12 @@ class OwnLessonState(Slice):
         ),
     )
     # The step whose fields are shown, from 0.
-    own_edited: int = field(default=0, metadata=choice(undo="keeps", led="keeps"))
+    own_edited: int = field(
+        default=0,
+        metadata=choice(
+            key=replace(count_key("own_edited", MAX_STEPS), is_long=True), undo="keeps", led="keeps"
+        ),
+    )
     # The step that was removed last, with its place.
     own_removed: tuple[int, LessonStep] | None = field(
         default=None, metadata=choice(undo="keeps", led="keeps")
@@ -134,7 +139,7 @@ class OwnLessons(Feature):
         return (
             page.html(OWN_STEP, shown)
             | page.html(OWN_LESSON, written)
-            | fields_content(now)
+            | fields_content(state)
             | {("answers",): answers}
         )
 
@@ -171,7 +176,7 @@ class OwnLessons(Feature):
         with visitor.lock, visitor.reporting("This scene cannot be kept"):
             link = visitor.links.write(visitor.state)
             visitor.update(partial(with_edited, link=link))
-            self.page.say(f"Scene {own_state(visitor.state).own_edited + 1} is replaced.")
+            self.page.say(f"Scene {edited_place(visitor.state) + 1} is replaced.")
 
     def choose(self, k: Any) -> None:
         """Show the fields of a step."""
@@ -250,10 +255,14 @@ class OwnLessons(Feature):
                 self.go(k + by)
 
     def answer(self, k: Any) -> None:
-        """Choose an answer (from 0) to the question that is shown: no edit of the scene."""
+        """Choose an answer (from 0) to the question that is shown: no edit of the scene. After a
+        presenter has shown which one is right, none is taken."""
         with self.visitor.lock:
-            step = shown_step(self.visitor.state)
+            state = self.visitor.state
+            step = shown_step(state)
             if step is None or k not in range(len(step.choices)):
+                return
+            if state.following and is_closed(own_state(state), step):
                 return
             self.update(partial(with_answers, answers={step.key: int(k)}))
             if self.visitor.may_follow:
@@ -279,8 +288,20 @@ def own_state(state: State) -> OwnLessonState:
     return state.slice(OwnLessonState)
 
 
+def edited_place(state: State) -> int:
+    """The place of the step whose fields are shown, from 0, also for a lesson without steps; a link
+    may have named one that is not there."""
+    now = own_state(state)
+    return max(min(now.own_edited, len(now.own_lesson.steps) - 1), 0)
+
+
 def step_of(state: State, k: int) -> LessonStep:
     return own_state(state).own_lesson.steps[k]
+
+
+def is_closed(now: OwnLessonState, step: LessonStep) -> bool:
+    """Whether a presenter shows which answer to the question of a step is right."""
+    return now.answer_shown and step.right is not None
 
 
 def shown_step(state: State) -> LessonStep | None:
@@ -300,8 +321,8 @@ def shown_place(state: State) -> int | None:
 
 def edited_step(state: State) -> LessonStep | None:
     """The step whose fields are shown; None for a lesson without steps."""
-    now = own_state(state)
-    return now.own_lesson.steps[now.own_edited] if now.own_lesson.steps else None
+    steps = own_state(state).own_lesson.steps
+    return steps[edited_place(state)] if steps else None
 
 
 def with_lesson(state: State, lesson: OwnLesson, edited: int) -> State:
@@ -315,7 +336,7 @@ def with_new_step(state: State, step: LessonStep) -> State:
     """With a step after the one that is edited, which takes its place there."""
     now = own_state(state)
     steps = list(now.own_lesson.steps)
-    place = min(now.own_edited + 1, len(steps))
+    place = min(edited_place(state) + 1, len(steps))
     return with_lesson(
         state, now.own_lesson.with_steps([*steps[:place], step, *steps[place:]]), place
     )
@@ -323,23 +344,23 @@ def with_new_step(state: State, step: LessonStep) -> State:
 
 def with_edited(state: State, **values: Any) -> State:
     """With other values of the step that is edited."""
-    now = own_state(state)
-    return with_lesson(state, now.own_lesson.with_step(now.own_edited, **values), now.own_edited)
+    place = edited_place(state)
+    return with_lesson(state, own_state(state).own_lesson.with_step(place, **values), place)
 
 
 def with_title(state: State, title: str) -> State:
-    now = own_state(state)
-    return with_lesson(state, replace(now.own_lesson, title=title), now.own_edited)
+    lesson = replace(own_state(state).own_lesson, title=title)
+    return with_lesson(state, lesson, edited_place(state))
 
 
 def moved(state: State, by: int) -> State:
     """With the step that is edited at another place."""
     now = own_state(state)
-    steps, place = list(now.own_lesson.steps), now.own_edited + by
-    if place not in range(len(steps)):
+    steps, place = list(now.own_lesson.steps), edited_place(state)
+    if place + by not in range(len(steps)):
         return state
-    steps.insert(place, steps.pop(now.own_edited))
-    return with_lesson(state, now.own_lesson.with_steps(steps), place)
+    steps.insert(place + by, steps.pop(place))
+    return with_lesson(state, now.own_lesson.with_steps(steps), place + by)
 
 
 def removed(state: State) -> State:
@@ -347,7 +368,7 @@ def removed(state: State) -> State:
     now = own_state(state)
     if not now.own_lesson.steps:
         return state
-    steps, place = list(now.own_lesson.steps), now.own_edited
+    steps, place = list(now.own_lesson.steps), edited_place(state)
     gone = steps.pop(place)
     state = left(state) if not steps and now.own_step is not None else state
     state = with_lesson(state, now.own_lesson.with_steps(steps), place)
@@ -468,13 +489,15 @@ def answers_html(step: LessonStep, now: OwnLessonState, *, is_led: bool) -> str:
     if not step.choices:
         return ""
     chosen = dict(now.own_answers).get(step.key)
-    shows = step.right is not None and (now.answer_shown or not is_led)
+    shows = step.right is not None and not is_led
+    closed = is_led and is_closed(now, step)
+    own = {"data_do": "own.answer", "disabled": closed}
     buttons = "".join(
-        page.button(text, data_do="own.answer", data_value=k, aria_pressed=k == chosen)
+        page.button(text, data_value=k, aria_pressed=k == chosen, **own)
         for k, text in enumerate(step.choices)
     )
     text = page.group("Answers", buttons, class_="row guesses")
-    if is_led and now.answer_shown and step.right is not None:
+    if closed and step.right is not None:
         right = f"The right answer: {escape(step.choices[step.right])}"
         return text + verdict(right, met=chosen == step.right)
     if chosen is None:
@@ -535,22 +558,22 @@ def editor_html(state: State, tabs: Mapping[str, str]) -> str:
     tools += page.button("Copy lesson link", title=None if is_short else long, **copied)
     tools += page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main")
     count = f"{len(steps)} scene{'' if len(steps) == 1 else 's'}"
-    listed = "".join(list_entry(k, step, now) for k, step in enumerate(steps))
+    place = edited_place(state)
+    listed = "".join(list_entry(k, step, is_edited=k == place) for k, step in enumerate(steps))
     title = text_field("title", "own.title", LABELS["title"], MAX_CHARACTERS["title"])
     body = (
         f"{page.group('Your own lesson', tools)}"
         f"{'' if is_short else page.note(long)}"
         f'<div class="own-parts"><div>{title}<ol class="own-list">{listed}</ol>'
-        f"{step_tools(now.own_edited, len(steps))}</div>"
-        f"{step_fields(steps[now.own_edited], tabs)}</div>"
+        f"{step_tools(place, len(steps))}</div>{step_fields(steps[place], tabs)}</div>"
     )
     return f'<details class="own" open><summary>Your own lesson: {count}</summary>{body}</details>'
 
 
-def list_entry(k: int, step: LessonStep, now: OwnLessonState) -> str:
-    """A step in the list, whose fields it shows."""
+def list_entry(k: int, step: LessonStep, *, is_edited: bool) -> str:
+    """A step in the list, a button that shows its fields."""
     text = step.say or step.ask or "(no sentence yet)"
-    current = "true" if k == now.own_edited else None
+    current = "true" if is_edited else None
     entry = page.button(
         f"{k + 1}. {text}", data_do="own.edit", data_value=k, class_="quiet", aria_current=current
     )
@@ -602,12 +625,13 @@ def text_field(name: str, key: str, label: str, most: int, beside: str = "", **v
     return f'{field}<div class="own-field"><input type="text"{box}>{beside}</div>'
 
 
-def fields_content(now: OwnLessonState) -> Content:
+def fields_content(state: State) -> Content:
     """What the fields show."""
-    steps = now.own_lesson.steps
-    step = steps[now.own_edited] if steps else LessonStep("")
+    step = edited_step(state) or LessonStep("")
     tab = dict(parse_qsl(step.link)).get("tab", "")
-    content = page.value("own.title", now.own_lesson.title) | page.value("own.tab", tab)
+    content = page.value("own.title", own_state(state).own_lesson.title) | page.value(
+        "own.tab", tab
+    )
     content |= page.value("own.right", step.right)
     for name in TEXTS:
         content |= page.value(f"own.{name}", getattr(step, name))
