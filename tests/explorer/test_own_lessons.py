@@ -4,6 +4,7 @@ import re
 from typing import Any
 
 import pytest
+from live.browser import READY, page
 from live.offline import Desk, lecture, offline
 from live.visitor import catch_up, visitor
 
@@ -165,12 +166,36 @@ def test_a_presenter_sees_how_many_have_chosen_what():
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [2, 0]
         assert "✓" in of_lead
-        assert "The right answer: no" in of_one
+        assert "<b>no\u00a0✓</b>" in of_one
+        assert "Your answer: yes" in of_one
+        one.do("own.answer", 1)  # too late
+        assert counts(shown()[0]) == [2, 0]
         assert one.state.following
         lead.do("own.turn", 1)
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [0, 0]
-        assert "right answer" not in of_one
+        assert "✓" not in of_one
+
+
+@pytest.mark.slow
+def test_an_answer_stays_in_the_browser():
+    """Also after a reload; the field of a scene that was kept has the focus."""
+    with explorer(STILL) as url, page(url, 390, 844) as opened:
+        opened.wait(READY)
+        opened.open_tab("lessons")
+        opened.click("document.querySelector('.own summary')")
+        opened.click("document.querySelector('[data-do=\"own.keep\"]')")
+        opened.wait("document.activeElement.id === 'own-say'")
+        query = f"own_lesson={packed(LESSON)}&own_step=1"
+        opened.evaluate(f"location.search = '?{query}'")
+        chosen = "document.querySelector('#lesson .guesses button:last-child')"
+        opened.wait(f"{READY} && !!{chosen}")
+        opened.click(chosen)
+        opened.wait(f"document.body.innerText.includes('{RIGHT}')")
+        opened.reload()
+        opened.wait(f"{READY} && {chosen}?.ariaPressed === 'true'")
+        opened.key("n", "document.body.innerText.includes('2 of 2')")
+        opened.key("b", "document.body.innerText.includes('1 of 2')")
 
 
 def counts(text: str) -> list[int]:

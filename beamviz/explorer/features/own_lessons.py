@@ -454,57 +454,71 @@ def begun_lesson(
 
 def player_html(state: State, presented: Snapshot | None, *, is_led: bool) -> str:
     """The step that is shown, "" for none. presented: to the presenter, with the votes; is_led: the
-    visitor follows a presenter, who says when the right answer is shown."""
+    visitor follows a presenter, who goes from step to step, and says which answer is right."""
     now, k = own_state(state), shown_place(state)
     if k is None:
         return ""
     step = step_of(state, k)
-    title = escape(now.own_lesson.title or "Lesson")
-    restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the scene"}
-    leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
-    head = f'<div class="title"><h3>{title}</h3>'
-    head += page.button("↺", class_="quiet", **restart)
-    head += page.button("✕", class_="quiet", **leave) + "</div>"
     said = "".join(f"<p>{formatted(line)}</p>" for line in step.say.splitlines() if line.strip())
     asked = f'<p class="question">{formatted(step.ask)}</p>' if step.ask else ""
+    chosen = dict(now.own_answers).get(step.key)
     if presented is not None:
         is_shown = now.answer_shown
         answers = votes_html(step, presented.votes.get(step.key, {}), presented.audience, is_shown)
+    elif is_led and is_closed(now, step):
+        answers = right_html(step, chosen)
     else:
-        answers = answers_html(step, now, is_led=is_led)
-    return head + steps_html(k, len(now.own_lesson.steps)) + said + asked + answers
+        answers = answers_html(step, chosen, is_led=is_led)
+    return head_html(now.own_lesson, k, is_led=is_led) + said + asked + answers
 
 
-def steps_html(k: int, count: int) -> str:
-    """The buttons that go from step to step."""
-    back = page.button("‹ Back", data_do="own.turn", data_value=-1, data_key="b", disabled=k == 0)
-    text = "Finish" if k == count - 1 else "Next ›"
-    ahead = page.button(text, data_do="own.turn", data_value=1, data_key="n", class_="main")
-    place = f'<span aria-current="step">{k + 1} of {count}</span>'
-    return page.group("Steps of the lesson", back, place, ahead)
+def head_html(lesson: OwnLesson, k: int, *, is_led: bool) -> str:
+    """The title of a lesson, and the buttons that go from its step k (from 0) to another one."""
+    title = f"<h3>{escape(lesson.title or 'Lesson')}</h3>"
+    place = f'<span aria-current="step">{k + 1} of {len(lesson.steps)}</span>'
+    if is_led:
+        return f'<div class="title">{title}{place}</div>'
+    restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the scene"}
+    leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
+    title += page.button("↺", class_="quiet", **restart) + page.button("✕", class_="quiet", **leave)
+    turn = {"data_do": "own.turn"}
+    back = page.button("‹ Back", data_value=-1, data_key="b", disabled=k == 0, **turn)
+    text = "Finish" if k == len(lesson.steps) - 1 else "Next ›"
+    ahead = page.button(text, data_value=1, data_key="n", class_="main", **turn)
+    return (
+        f'<div class="title">{title}</div>{page.group("Steps of the lesson", back, place, ahead)}'
+    )
 
 
-def answers_html(step: LessonStep, now: OwnLessonState, *, is_led: bool) -> str:
+def answers_html(step: LessonStep, chosen: int | None, *, is_led: bool) -> str:
     """The answers to choose from, and what is said of the chosen one."""
     if not step.choices:
         return ""
-    chosen = dict(now.own_answers).get(step.key)
-    shows = step.right is not None and not is_led
-    closed = is_led and is_closed(now, step)
-    own = {"data_do": "own.answer", "disabled": closed}
     buttons = "".join(
-        page.button(text, data_value=k, aria_pressed=k == chosen, **own)
+        page.button(text, data_do="own.answer", data_value=k, aria_pressed=k == chosen)
         for k, text in enumerate(step.choices)
     )
     text = page.group("Answers", buttons, class_="row guesses")
-    if closed and step.right is not None:
-        right = f"The right answer: {escape(step.choices[step.right])}"
-        return text + verdict(right, met=chosen == step.right)
     if chosen is None:
         return text
-    met = shows and chosen == step.right
-    words = (RIGHT if met else WRONG) if shows else (SENT if is_led else KEPT)
-    return text + verdict(words, met=met)
+    if is_led or step.right is None:
+        return text + verdict(SENT if is_led else KEPT, met=False)
+    met = chosen == step.right
+    return text + verdict(RIGHT if met else WRONG, met=met)
+
+
+def right_html(step: LessonStep, chosen: int | None) -> str:
+    """The answers after a presenter has shown which one is right."""
+    entries = "".join(
+        f"<li><b>{escape(text)}\u00a0✓</b></li>" if k == step.right else f"<li>{escape(text)}</li>"
+        for k, text in enumerate(step.choices)
+    )
+    answers = f'<ul class="answers">{entries}</ul>'
+    if chosen is None:
+        return answers
+    return answers + verdict(
+        f"Your answer: {escape(step.choices[chosen])}", met=chosen == step.right
+    )
 
 
 def verdict(words: str, *, met: bool) -> str:
@@ -519,7 +533,7 @@ def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_sho
     counts = [Counter(votes)[k] for k in range(len(step.choices))]
     rows, most = [], max(*counts, 1)
     for k, (text, count) in enumerate(zip(step.choices, counts, strict=True)):
-        right = ' <b class="good">✓</b>' if is_shown and k == step.right else ""
+        right = '\u00a0<b class="good">✓</b>' if is_shown and k == step.right else ""
         part = page.attributes(class_="vote", style=f"--part: {100 * count / most:.0f}%")
         rows.append((f"<span{part}>{escape(text)}{right}</span>", str(count)))
     heads = [f'<span class="hidden">{name}</span>' for name in ("answer", "chosen by")]
