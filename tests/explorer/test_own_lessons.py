@@ -1,5 +1,6 @@
 """Lessons of a teacher's own: written, shared, answered by pupils, counted in a lecture."""
 
+import random
 import re
 from typing import Any
 
@@ -66,6 +67,21 @@ def test_a_teacher_keeps_scenes_writes_and_shares_them(guest, session):
     assert own(session).own_lesson == lesson
     guest.do("own.turn", 1, until=lambda _: guest.parts.get("open") == "map")
     guest.wait(lambda _: guest.values["gamma"] == 10)
+
+
+def test_a_lesson_that_is_too_long_for_a_link_is_a_file(guest, session):
+    """The page says so; the address is without it."""
+    texts = random.Random(1)
+    steps = [
+        LessonStep("gamma=1", say="".join(chr(texts.randrange(0x4E00, 0x9000)) for _ in range(400)))
+        for _ in range(20)
+    ]
+    guest.do("link", "")
+    guest.do("load", f"my.toml\n{OwnLesson(tuple(steps)).to_toml()}", until="save the file")
+    assert 'data-copy="' not in guest.text
+    guest.wait(lambda _: "own_" not in guest.parts["address"])
+    guest.do("own.keep", until=lambda _: guest.said and "at most 20" in guest.said[-1]["text"])
+    assert len(own(session).own_lesson.steps) == 20
 
 
 def test_writing_a_lesson_is_no_step_to_undo(guest, session):

@@ -10,9 +10,9 @@ import secrets
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.errors import InvalidInput
@@ -134,11 +134,17 @@ class OwnLessons(Feature):
         now = own_state(state)
         with_votes = snapshot if self.visitor.presents else None
         shown = player_html(state, with_votes, is_led=snapshot.is_led)
-        written = "" if snapshot.is_led else editor_html(state, self.tab_names)
         answers = [f"{key}:{answer}" for key, answer in now.own_answers]
+        written = Written(
+            now.own_lesson,
+            edited_place(state),
+            now.own_removed is not None,
+            state.reserved or (),
+            tuple(self.tab_names.items()),
+        )
         return (
             page.html(OWN_STEP, shown)
-            | page.html(OWN_LESSON, written)
+            | (page.html(OWN_LESSON, "") if snapshot.is_led else editor_content(written))
             | fields_content(state)
             | {("answers",): answers}
         )
@@ -548,40 +554,72 @@ def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_sho
 # The fields in which a lesson is written
 
 
-def editor_html(state: State, tabs: Mapping[str, str]) -> str:
-    """The fold in which a lesson is written. tabs: the names of those that a step may open, by
-    key."""
-    now = own_state(state)
-    steps = now.own_lesson.steps
-    keep = page.button("Keep this scene", data_do="own.keep", class_=None if steps else "main")
-    load = (
-        '<label class="button" for="own-file">Open file</label>'
-        '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
-    )
-    tools = keep + load
-    if now.own_removed:
-        tools += page.button("Put the removed scene back", data_do="own.restore")
+class Written(NamedTuple):
+    """What the fold shows in which a lesson is written."""
+
+    lesson: OwnLesson
+    place: int  # of the step whose fields are shown, from 0
+    has_removed: bool  # a step can be put back
+    reserved: tuple[tuple[str, str], ...]  # parameters of the address with other readers
+    tabs: tuple[tuple[str, str], ...]  # keys and names of those that a step may open
+
+    @property
+    def query(self) -> str:
+        """The query of a link that begins the lesson."""
+        return urlencode([*self.reserved, (LESSON_KEY, packed(self.lesson)), (STEP_KEY, 1)])
+
+
+@lru_cache(64)
+def editor_content(written: Written) -> Content:
+    """The fold in which a lesson is written, which is the same in most frames."""
+    return page.html(OWN_LESSON, editor_html(written))
+
+
+def editor_html(written: Written) -> str:
+    """The fold in which a lesson is written."""
+    steps, place = written.lesson.steps, written.place
     if not steps:
-        body = f'<p class="soft">{HINT}</p>' + page.group("Your own lesson", tools)
+        body = f'<p class="soft">{HINT}</p>' + page.group("Your own lesson", first_tools(written))
         return f'<details class="own"><summary>Your own lesson</summary>{body}</details>'
-    link = lesson_query(state)
-    is_short = len(link) <= MAX_LINK
-    long = f"A link has at most {MAX_LINK} characters, this has {len(link)}: save a file"
-    copied = {"data_copy": link if is_short else None, "disabled": not is_short}
-    tools += page.button("Save file", data_do="own.save")
-    tools += page.button("Copy lesson link", title=None if is_short else long, **copied)
-    tools += page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main")
     count = f"{len(steps)} scene{'' if len(steps) == 1 else 's'}"
-    place = edited_place(state)
     listed = "".join(list_entry(k, step, is_edited=k == place) for k, step in enumerate(steps))
     title = text_field("title", "own.title", LABELS["title"], MAX_CHARACTERS["title"])
     body = (
-        f"{page.group('Your own lesson', tools)}"
-        f"{'' if is_short else page.note(long)}"
-        f'<div class="own-parts"><div>{title}<ol class="own-list">{listed}</ol>'
-        f"{step_tools(place, len(steps))}</div>{step_fields(steps[place], tabs)}</div>"
+        f'{share_tools(written)}<div class="own-parts">'
+        f'<div>{title}<ol class="own-list">{listed}</ol>{step_tools(place, len(steps))}</div>'
+        f"{step_fields(steps[place], dict(written.tabs))}</div>"
     )
     return f'<details class="own" open><summary>Your own lesson: {count}</summary>{body}</details>'
+
+
+def first_tools(written: Written) -> str:
+    """The buttons that a lesson begins with."""
+    kind = None if written.lesson.steps else "main"
+    tools = page.button("Keep this scene", data_do="own.keep", class_=kind)
+    tools += '<label class="button" for="own-file">Open file</label>'
+    tools += '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
+    if written.has_removed:
+        tools += page.button("Put the removed scene back", data_do="own.restore")
+    return tools
+
+
+def share_tools(written: Written) -> str:
+    """These, and the buttons that share and begin a lesson. The address has no room either for one
+    that is too long for a link."""
+    link = written.query
+    is_short = len(link) <= MAX_LINK
+    copied = {"data_copy": link if is_short else None, "disabled": not is_short}
+    tools = (
+        first_tools(written),
+        page.button("Save file", data_do="own.save"),
+        page.button("Copy lesson link", **copied),
+        page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main"),
+    )
+    long = (
+        f"A link has at most {MAX_LINK} characters, this lesson {len(link)}: save the file, which"
+    )
+    long += " keeps it after this page is closed."
+    return page.group("Your own lesson", *tools) + page.note("" if is_short else long)
 
 
 def list_entry(k: int, step: LessonStep, *, is_edited: bool) -> str:
@@ -653,9 +691,3 @@ def fields_content(state: State) -> Content:
         answer = step.answers[k] if k < len(step.answers) else ""
         content |= page.value(f"own.answer.{k + 1}", answer)
     return content
-
-
-def lesson_query(state: State) -> str:
-    """The query of a link that begins the lesson."""
-    lesson = packed(own_state(state).own_lesson)
-    return urlencode([*(state.reserved or ()), (LESSON_KEY, lesson), (STEP_KEY, 1)])
