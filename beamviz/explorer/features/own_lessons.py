@@ -112,13 +112,13 @@ class OwnLessons(Feature):
         on("own.take", lambda _: self.take())
         on("own.edit", self.choose, int)
         on("own.move", self.move, int)
-        on("own.remove", lambda _: self.update(removed))
-        on("own.restore", lambda _: self.update(restored))
+        on("own.remove", lambda _: visitor.update(removed))
+        on("own.restore", lambda _: visitor.update(restored))
         on("own.save", lambda _: self.save())
         on("own.go", self.go, int)
         on("own.turn", self.turn, int)
         on("own.answer", self.answer, int)
-        on("own.show_answer", lambda _: self.update(with_answer_switched))
+        on("own.show_answer", lambda _: visitor.update(with_answer_switched))
         on("answers", self.take_answers, str, max_text=20 * MOST_KEPT)
         on("own.title", self.write_title, str)
         on("own.tab", self.write_tab, str)
@@ -160,11 +160,7 @@ class OwnLessons(Feature):
         """The names of the tabs that a step may open, by key."""
         return {key: tab.name for key, tab in self.visitor.tabs.items() if not tab.is_aside}
 
-    # The lesson is written
-
-    def update(self, edit: Any) -> None:
-        """Edit the lesson, which is no edit of the scene."""
-        self.visitor.update(edit)
+    # The lesson is written, which is no edit of the scene: it is no step to undo
 
     def keep(self) -> None:
         """Add the present scene as a step after the one that is edited."""
@@ -187,19 +183,19 @@ class OwnLessons(Feature):
     def choose(self, k: Any) -> None:
         """Show the fields of a step."""
         if k in range(len(own_state(self.visitor.state).own_lesson.steps)):
-            self.update(lambda state: state.with_values(OwnLessonState, own_edited=int(k)))
+            self.visitor.update(lambda state: state.with_values(OwnLessonState, own_edited=int(k)))
 
     def move(self, by: Any) -> None:
         """Move the step that is edited one place up (-1) or down (1)."""
         if by in (-1, 1):
-            self.update(partial(moved, by=by))
+            self.visitor.update(partial(moved, by=by))
 
     def write(self, name: str, text: Any) -> None:
         values: dict[str, Any] = {name: cut(text, name)}
-        self.update(lambda state: with_edited(state, **values))
+        self.visitor.update(lambda state: with_edited(state, **values))
 
     def write_title(self, text: Any) -> None:
-        self.update(partial(with_title, title=cut(text, "title")))
+        self.visitor.update(partial(with_title, title=cut(text, "title")))
 
     def write_answer(self, k: int, text: Any) -> None:
         """Write an answer (from 0) of the step that is edited; one that is there already is not
@@ -211,21 +207,21 @@ class OwnLessons(Feature):
             if answer in (*step.answers[:k], *step.answers[k + 1 :]):
                 raise InvalidInput(f"{answer!r}: two answers are the same; change one")
             changed = step.with_answer(k, answer)
-            self.update(partial(with_edited, answers=changed.answers, right=changed.right))
+            self.visitor.update(partial(with_edited, answers=changed.answers, right=changed.right))
 
     def write_right(self, k: Any) -> None:
         """Mark the right answer (from 0) of the step that is edited; a second time, none."""
         with self.visitor.lock:
             step = edited_step(self.visitor.state)
             if step and k in range(len(step.answers)):
-                self.update(partial(with_edited, right=None if k == step.right else int(k)))
+                self.visitor.update(partial(with_edited, right=None if k == step.right else int(k)))
 
     def write_tab(self, tab: Any) -> None:
         """Choose the tab that the step which is edited opens."""
         with self.visitor.lock:
             step = edited_step(self.visitor.state)
             if step and tab in self.tab_names:
-                self.update(partial(with_edited, link=with_tab(step.link, str(tab))))
+                self.visitor.update(partial(with_edited, link=with_tab(step.link, str(tab))))
 
     def save(self) -> None:
         """Send the lesson as a file."""
@@ -270,7 +266,7 @@ class OwnLessons(Feature):
                 return
             if state.following and is_closed(own_state(state), step):
                 return
-            self.update(partial(with_answers, answers={step.key: int(k)}))
+            self.visitor.update(partial(with_answers, answers={step.key: int(k)}))
             if self.visitor.may_follow:
                 self.visitor.votes.cast(self.voter, step.key, int(k))
 
@@ -281,7 +277,7 @@ class OwnLessons(Feature):
         self.voter = voter if VOTER.fullmatch(voter) else self.voter
         found = (KEPT_ANSWER.fullmatch(one) for one in kept)
         answers = {match[1]: int(match[2]) for match in found if match}
-        self.update(partial(with_answers, answers=answers))
+        self.visitor.update(partial(with_answers, answers=answers))
         if self.visitor.may_follow:
             for key, answer in answers.items():
                 self.visitor.votes.cast(self.voter, key, answer)
