@@ -49,6 +49,7 @@ def test_a_teacher_keeps_scenes_writes_and_shares_them(guest, session):
     guest.edit(gamma=10.0)
     guest.do("own.keep", until="2 scenes<")
     guest.do("own.title", "Two speeds")
+    guest.wait(lambda _: guest.values["own.tab"] == "frequencies")
     guest.do("own.tab", "map")
     catch_up(guest)
     lesson = own(session).own_lesson

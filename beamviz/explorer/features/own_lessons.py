@@ -145,7 +145,7 @@ class OwnLessons(Feature):
         return (
             page.html(OWN_STEP, shown)
             | (page.html(OWN_LESSON, "") if snapshot.is_led else editor_content(written))
-            | fields_content(state)
+            | fields_content(state, next(iter(self.tab_names)))
             | {("answers",): answers}
         )
 
@@ -630,15 +630,14 @@ def list_entry(k: int, step: LessonStep, *, is_edited: bool) -> str:
 
 def step_tools(k: int, count: int) -> str:
     """The buttons for the step k (from 0)."""
+    move = {"data_do": "own.move"}
     replace_hint = "Take the present scene in its place"
     tools = (
         page.button("Show", data_do="own.go", data_value=k, title="Show the lesson from here"),
         page.button("Replace", data_do="own.take", title=replace_hint),
-        page.button("↑", data_do="own.move", data_value=-1, disabled=k == 0, aria_label="Up"),
-        page.button(
-            "↓", data_do="own.move", data_value=1, disabled=k == count - 1, aria_label="Down"
-        ),
-        page.button("Remove", data_do="own.remove"),
+        page.button("↑", data_value=-1, disabled=k == 0, aria_label="Up", **move),
+        page.button("↓", data_value=1, disabled=k == count - 1, aria_label="Down", **move),
+        page.button("✕", data_do="own.remove", aria_label="Remove", title="Remove this scene"),
     )
     return page.group(f"Scene {k + 1}", *tools)
 
@@ -673,10 +672,10 @@ def text_field(name: str, key: str, label: str, most: int, beside: str = "", **v
     return f'{field}<div class="own-field"><input type="text"{box}>{beside}</div>'
 
 
-def fields_content(state: State) -> Content:
-    """What the fields show."""
+def fields_content(state: State, usual_tab: str) -> Content:
+    """What the fields show. usual_tab: the key of the one that a link without a tab opens."""
     step = edited_step(state) or LessonStep("")
-    tab = dict(parse_qsl(step.link)).get("tab", "")
+    tab = dict(parse_qsl(step.link)).get("tab", usual_tab)
     content = page.value("own.title", own_state(state).own_lesson.title) | page.value(
         "own.tab", tab
     )
