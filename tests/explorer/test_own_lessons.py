@@ -223,17 +223,20 @@ def counts(text: str) -> list[int]:
 def test_votes_reach_the_presenter_and_stay_when_a_visitor_leaves():
     """As a phone that is locked."""
     key = "k" * 22
-    with explorer(STILL, presenter_key=key, lesson=LESSON) as url, visitor(url) as one:
-        with visitor(f"{url}/?token={key}") as lead:
-            with visitor(url) as other:
-                lead.says("0 answered, 2 pages open")
-                other.do("answers", "ben ")
-                other.says("1 of 2")
-                other.do("own.answer", 1)
-                lead.says("1 answered, 2 pages open")
-            lead.says("1 answered, 1 page open")
-            one.do("own.answer", 1)
-            lead.says("2 answered, 1 page open")
+    with (
+        explorer(STILL, presenter_key=key, lesson=LESSON) as url,
+        visitor(url) as one,
+        visitor(f"{url}/?token={key}") as lead,
+    ):
+        with visitor(url) as other:
+            lead.says("0 answered, 2 pages open")
+            other.do("answers", "ben ")
+            other.says("1 of 2")
+            other.do("own.answer", 1)
+            lead.says("1 answered, 2 pages open")
+        lead.says("1 answered, 1 page open")
+        one.do("own.answer", 1)
+        lead.says("2 answered, 1 page open")
 
 
 def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
