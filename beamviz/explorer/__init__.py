@@ -75,15 +75,18 @@ def serve(
         key = key_of_file(key_file)
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
-    access |= {"max_visitors": visitors, "lesson": lesson}
+    access |= {"max_visitors": visitors}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     share_arena()
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
     with ExitStack() as stack:
         if count > 1:
-            url, run = stack.enter_context(several_processes(scene, host, port, count, **access))
+            url, run = stack.enter_context(
+                several_processes(scene, lesson, host, port, count, **access)
+            )
         else:
-            url, run = stack.enter_context(explorer(scene, host, port, **access)), wait_for_signal
+            served = explorer(scene, host, port, lesson, **access)
+            url, run = stack.enter_context(served), wait_for_signal
         note = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
         link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
@@ -121,7 +124,7 @@ def check_scene(scene: Scene) -> None:
 
 @contextmanager
 def several_processes(
-    scene: Scene, host: str, port: int, processes: int, **access: Any
+    scene: Scene, lesson: OwnLesson | None, host: str, port: int, processes: int, **access: Any
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
@@ -129,7 +132,8 @@ def several_processes(
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
-        worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
+        of_worker = {"visitor_count": visitor_count, "listener": listener}
+        worker = explorer(scene, host, lesson=lesson, **of_worker, **access)
         with suppress(Terminated), worker:
             ready()
             wait_for_signal()

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
@@ -201,16 +201,28 @@ def described(keys: dict[str, Any]) -> Link:
 def check_own_lesson(values: dict[str, Any]) -> None:
     """Check the scenes of an own lesson, and which step is open, by the choices of a link. Raises
     InvalidInput."""
-    steps = values.get("own_lesson", OwnLesson()).steps
-    for k, step in enumerate(steps, 1):
-        with errors_of_file(f"{LESSON_KEY}, step {k}"):
-            described(parse_query(step.link))
+    lesson = values.get("own_lesson", OwnLesson())
+    steps = lesson.steps
+    if wrong := wrong_scene(lesson):
+        raise InvalidInput(wrong)
     if (shown := values.get("own_step")) is None:
         return
     if not steps or values.get("lesson"):
         lack = "there is another lesson" if steps else f"there is no {LESSON_KEY}"
         raise InvalidInput(f"{STEP_KEY} = {shown + 1}: {lack}")
     check_int(STEP_KEY, shown + 1, 1, len(steps))
+
+
+@lru_cache(16)
+def wrong_scene(lesson: OwnLesson) -> str:
+    """The error of the first scene of a lesson that is not valid; "" where all are."""
+    try:
+        for k, step in enumerate(lesson.steps, 1):
+            with errors_of_file(f"{LESSON_KEY}, step {k}"):
+                described(parse_query(step.link))
+    except InvalidInput as error:
+        return str(error)
+    return ""
 
 
 def usual(state: State, scene: Scene, name: str) -> State:

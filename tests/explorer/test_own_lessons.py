@@ -1,9 +1,11 @@
 """Lessons of a teacher's own: written, shared, answered by pupils, counted in a lecture."""
 
+import random
 import re
 from typing import Any
 
 import pytest
+from live.browser import READY, page
 from live.offline import Desk, lecture, offline
 from live.visitor import catch_up, visitor
 
@@ -47,6 +49,7 @@ def test_a_teacher_keeps_scenes_writes_and_shares_them(guest, session):
     guest.edit(gamma=10.0)
     guest.do("own.keep", until="2 scenes<")
     guest.do("own.title", "Two speeds")
+    guest.wait(lambda _: guest.values["own.tab"] == "frequencies")
     guest.do("own.tab", "map")
     catch_up(guest)
     lesson = own(session).own_lesson
@@ -65,6 +68,21 @@ def test_a_teacher_keeps_scenes_writes_and_shares_them(guest, session):
     assert own(session).own_lesson == lesson
     guest.do("own.turn", 1, until=lambda _: guest.parts.get("open") == "map")
     guest.wait(lambda _: guest.values["gamma"] == 10)
+
+
+def test_a_lesson_that_is_too_long_for_a_link_is_a_file(guest, session):
+    """The page says so; the address is without it."""
+    texts = random.Random(1)
+    steps = [
+        LessonStep("gamma=1", say="".join(chr(texts.randrange(0x4E00, 0x9000)) for _ in range(400)))
+        for _ in range(20)
+    ]
+    guest.do("link", "")
+    guest.do("load", f"my.toml\n{OwnLesson(tuple(steps)).to_toml()}", until="save the file")
+    assert 'data-copy="' not in guest.text
+    guest.wait(lambda _: "own_" not in guest.parts["address"])
+    guest.do("own.keep", until=lambda _: guest.said and "at most 20" in guest.said[-1]["text"])
+    assert len(own(session).own_lesson.steps) == 20
 
 
 def test_writing_a_lesson_is_no_step_to_undo(guest, session):
@@ -165,17 +183,60 @@ def test_a_presenter_sees_how_many_have_chosen_what():
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [2, 0]
         assert "✓" in of_lead
-        assert "The right answer: no" in of_one
+        assert "<b>no\u00a0✓</b>" in of_one
+        assert "Your answer: yes" in of_one
+        one.do("own.answer", 1)  # too late
+        assert counts(shown()[0]) == [2, 0]
         assert one.state.following
         lead.do("own.turn", 1)
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [0, 0]
-        assert "right answer" not in of_one
+        assert "✓" not in of_one
+
+
+@pytest.mark.slow
+def test_an_answer_stays_in_the_browser():
+    """Also after a reload; the field of a scene that was kept has the focus."""
+    with explorer(STILL) as url, page(url, 390, 844) as opened:
+        opened.wait(READY)
+        opened.open_tab("lessons")
+        opened.click("document.querySelector('.own summary')")
+        opened.click("document.querySelector('[data-do=\"own.keep\"]')")
+        opened.wait("document.activeElement.id === 'own-say'")
+        query = f"own_lesson={packed(LESSON)}&own_step=1"
+        opened.evaluate(f"location.search = '?{query}'")
+        chosen = "document.querySelector('#lesson .guesses button:last-child')"
+        opened.wait(f"{READY} && !!{chosen}")
+        opened.click(chosen)
+        opened.wait(f"document.body.innerText.includes('{RIGHT}')")
+        opened.reload()
+        opened.wait(f"{READY} && {chosen}?.ariaPressed === 'true'")
+        opened.key("n", "document.body.innerText.includes('2 of 2')")
+        opened.key("b", "document.body.innerText.includes('1 of 2')")
 
 
 def counts(text: str) -> list[int]:
     """The numbers in the table of votes."""
     return [int(count) for count in re.findall(r"<td>(\d+)</td>", text)]
+
+
+def test_votes_reach_the_presenter_and_stay_when_a_visitor_leaves():
+    """As a phone that is locked."""
+    key = "k" * 22
+    with (
+        explorer(STILL, presenter_key=key, lesson=LESSON) as url,
+        visitor(url) as one,
+        visitor(f"{url}/?token={key}") as lead,
+    ):
+        with visitor(url) as other:
+            lead.says("0 answered, 2 pages open")
+            other.do("answers", "ben ")
+            other.says("1 of 2")
+            other.do("own.answer", 1)
+            lead.says("1 answered, 2 pages open")
+        lead.says("1 answered, 1 page open")
+        one.do("own.answer", 1)
+        lead.says("2 answered, 1 page open")
 
 
 def test_votes_take_no_more_than_there_is_room_for(monkeypatch):

@@ -38,6 +38,10 @@ from beamviz.scene import Scene
 from beamviz.solver import Solution, solve
 
 JOB = "lesson"
+LESSONS_HELP = (
+    "A question, what to do, the answer with its number, and a challenge; and your own lesson, of"
+    " scenes that you keep"
+)
 RETURNED = "The scene from before the lesson is back."
 STARTED = (
     "This page was opened within the lesson, so the scene before it is not known: this is the scene"
@@ -93,7 +97,7 @@ class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
     style = "lessons.css"
-    tab = Tab("Lessons", 9, "A question, what to do, the answer with its number, and a challenge")
+    tab = Tab("Lessons", 9, LESSONS_HELP)
     state = LessonState
 
     def __init__(self, visitor: Visitor):

@@ -10,9 +10,9 @@ import secrets
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.errors import InvalidInput
@@ -57,7 +57,7 @@ HINT = (
     "Set a scene, keep it, and write a sentence and a question for it; then the next one. The"
     " lesson is a link or a file: nothing of it is stored here."
 )
-SENT = "Your answer is sent. You can change it until the answer is shown."
+SENT = "Your answer is sent; you can change it."
 KEPT = "Your answer stays in this browser."
 REPLACED = "The lesson has replaced your scene."
 RIGHT, WRONG = "Right!", "Not quite: look at the scene again, and choose another answer."
@@ -79,7 +79,12 @@ class OwnLessonState(Slice):
         ),
     )
     # The step whose fields are shown, from 0.
-    own_edited: int = field(default=0, metadata=choice(undo="keeps", led="keeps"))
+    own_edited: int = field(
+        default=0,
+        metadata=choice(
+            key=replace(count_key("own_edited", MAX_STEPS), is_long=True), undo="keeps", led="keeps"
+        ),
+    )
     # The step that was removed last, with its place.
     own_removed: tuple[int, LessonStep] | None = field(
         default=None, metadata=choice(undo="keeps", led="keeps")
@@ -107,13 +112,13 @@ class OwnLessons(Feature):
         on("own.take", lambda _: self.take())
         on("own.edit", self.choose, int)
         on("own.move", self.move, int)
-        on("own.remove", lambda _: self.update(removed))
-        on("own.restore", lambda _: self.update(restored))
+        on("own.remove", lambda _: visitor.update(removed))
+        on("own.restore", lambda _: visitor.update(restored))
         on("own.save", lambda _: self.save())
         on("own.go", self.go, int)
         on("own.turn", self.turn, int)
         on("own.answer", self.answer, int)
-        on("own.show_answer", lambda _: self.update(with_answer_switched))
+        on("own.show_answer", lambda _: visitor.update(with_answer_switched))
         on("answers", self.take_answers, str, max_text=20 * MOST_KEPT)
         on("own.title", self.write_title, str)
         on("own.tab", self.write_tab, str)
@@ -129,12 +134,18 @@ class OwnLessons(Feature):
         now = own_state(state)
         with_votes = snapshot if self.visitor.presents else None
         shown = player_html(state, with_votes, is_led=snapshot.is_led)
-        written = "" if snapshot.is_led else editor_html(state, self.tab_names)
         answers = [f"{key}:{answer}" for key, answer in now.own_answers]
+        written = Written(
+            now.own_lesson,
+            edited_place(state),
+            now.own_removed is not None,
+            state.reserved or (),
+            tuple(self.tab_names.items()),
+        )
         return (
             page.html(OWN_STEP, shown)
-            | page.html(OWN_LESSON, written)
-            | fields_content(now)
+            | (page.html(OWN_LESSON, "") if snapshot.is_led else editor_content(written))
+            | fields_content(state, next(iter(self.tab_names)))
             | {("answers",): answers}
         )
 
@@ -149,11 +160,7 @@ class OwnLessons(Feature):
         """The names of the tabs that a step may open, by key."""
         return {key: tab.name for key, tab in self.visitor.tabs.items() if not tab.is_aside}
 
-    # The lesson is written
-
-    def update(self, edit: Any) -> None:
-        """Edit the lesson, which is no edit of the scene."""
-        self.visitor.update(edit)
+    # The lesson is written, which is no edit of the scene: it is no step to undo
 
     def keep(self) -> None:
         """Add the present scene as a step after the one that is edited."""
@@ -171,24 +178,24 @@ class OwnLessons(Feature):
         with visitor.lock, visitor.reporting("This scene cannot be kept"):
             link = visitor.links.write(visitor.state)
             visitor.update(partial(with_edited, link=link))
-            self.page.say(f"Scene {own_state(visitor.state).own_edited + 1} is replaced.")
+            self.page.say(f"Scene {edited_place(visitor.state) + 1} is replaced.")
 
     def choose(self, k: Any) -> None:
         """Show the fields of a step."""
         if k in range(len(own_state(self.visitor.state).own_lesson.steps)):
-            self.update(lambda state: state.with_values(OwnLessonState, own_edited=int(k)))
+            self.visitor.update(lambda state: state.with_values(OwnLessonState, own_edited=int(k)))
 
     def move(self, by: Any) -> None:
         """Move the step that is edited one place up (-1) or down (1)."""
         if by in (-1, 1):
-            self.update(partial(moved, by=by))
+            self.visitor.update(partial(moved, by=by))
 
     def write(self, name: str, text: Any) -> None:
         values: dict[str, Any] = {name: cut(text, name)}
-        self.update(lambda state: with_edited(state, **values))
+        self.visitor.update(lambda state: with_edited(state, **values))
 
     def write_title(self, text: Any) -> None:
-        self.update(partial(with_title, title=cut(text, "title")))
+        self.visitor.update(partial(with_title, title=cut(text, "title")))
 
     def write_answer(self, k: int, text: Any) -> None:
         """Write an answer (from 0) of the step that is edited; one that is there already is not
@@ -200,21 +207,21 @@ class OwnLessons(Feature):
             if answer in (*step.answers[:k], *step.answers[k + 1 :]):
                 raise InvalidInput(f"{answer!r}: two answers are the same; change one")
             changed = step.with_answer(k, answer)
-            self.update(partial(with_edited, answers=changed.answers, right=changed.right))
+            self.visitor.update(partial(with_edited, answers=changed.answers, right=changed.right))
 
     def write_right(self, k: Any) -> None:
         """Mark the right answer (from 0) of the step that is edited; a second time, none."""
         with self.visitor.lock:
             step = edited_step(self.visitor.state)
             if step and k in range(len(step.answers)):
-                self.update(partial(with_edited, right=None if k == step.right else int(k)))
+                self.visitor.update(partial(with_edited, right=None if k == step.right else int(k)))
 
     def write_tab(self, tab: Any) -> None:
         """Choose the tab that the step which is edited opens."""
         with self.visitor.lock:
             step = edited_step(self.visitor.state)
             if step and tab in self.tab_names:
-                self.update(partial(with_edited, link=with_tab(step.link, str(tab))))
+                self.visitor.update(partial(with_edited, link=with_tab(step.link, str(tab))))
 
     def save(self) -> None:
         """Send the lesson as a file."""
@@ -250,12 +257,16 @@ class OwnLessons(Feature):
                 self.go(k + by)
 
     def answer(self, k: Any) -> None:
-        """Choose an answer (from 0) to the question that is shown: no edit of the scene."""
+        """Choose an answer (from 0) to the question that is shown: no edit of the scene. After a
+        presenter has shown which one is right, none is taken."""
         with self.visitor.lock:
-            step = shown_step(self.visitor.state)
+            state = self.visitor.state
+            step = shown_step(state)
             if step is None or k not in range(len(step.choices)):
                 return
-            self.update(partial(with_answers, answers={step.key: int(k)}))
+            if state.following and is_closed(own_state(state), step):
+                return
+            self.visitor.update(partial(with_answers, answers={step.key: int(k)}))
             if self.visitor.may_follow:
                 self.visitor.votes.cast(self.voter, step.key, int(k))
 
@@ -266,7 +277,7 @@ class OwnLessons(Feature):
         self.voter = voter if VOTER.fullmatch(voter) else self.voter
         found = (KEPT_ANSWER.fullmatch(one) for one in kept)
         answers = {match[1]: int(match[2]) for match in found if match}
-        self.update(partial(with_answers, answers=answers))
+        self.visitor.update(partial(with_answers, answers=answers))
         if self.visitor.may_follow:
             for key, answer in answers.items():
                 self.visitor.votes.cast(self.voter, key, answer)
@@ -279,8 +290,20 @@ def own_state(state: State) -> OwnLessonState:
     return state.slice(OwnLessonState)
 
 
+def edited_place(state: State) -> int:
+    """The place of the step whose fields are shown, from 0, also for a lesson without steps; a link
+    may have named one that is not there."""
+    now = own_state(state)
+    return max(min(now.own_edited, len(now.own_lesson.steps) - 1), 0)
+
+
 def step_of(state: State, k: int) -> LessonStep:
     return own_state(state).own_lesson.steps[k]
+
+
+def is_closed(now: OwnLessonState, step: LessonStep) -> bool:
+    """Whether a presenter shows which answer to the question of a step is right."""
+    return now.answer_shown and step.right is not None
 
 
 def shown_step(state: State) -> LessonStep | None:
@@ -300,8 +323,8 @@ def shown_place(state: State) -> int | None:
 
 def edited_step(state: State) -> LessonStep | None:
     """The step whose fields are shown; None for a lesson without steps."""
-    now = own_state(state)
-    return now.own_lesson.steps[now.own_edited] if now.own_lesson.steps else None
+    steps = own_state(state).own_lesson.steps
+    return steps[edited_place(state)] if steps else None
 
 
 def with_lesson(state: State, lesson: OwnLesson, edited: int) -> State:
@@ -315,7 +338,7 @@ def with_new_step(state: State, step: LessonStep) -> State:
     """With a step after the one that is edited, which takes its place there."""
     now = own_state(state)
     steps = list(now.own_lesson.steps)
-    place = min(now.own_edited + 1, len(steps))
+    place = min(edited_place(state) + 1, len(steps))
     return with_lesson(
         state, now.own_lesson.with_steps([*steps[:place], step, *steps[place:]]), place
     )
@@ -323,23 +346,23 @@ def with_new_step(state: State, step: LessonStep) -> State:
 
 def with_edited(state: State, **values: Any) -> State:
     """With other values of the step that is edited."""
-    now = own_state(state)
-    return with_lesson(state, now.own_lesson.with_step(now.own_edited, **values), now.own_edited)
+    place = edited_place(state)
+    return with_lesson(state, own_state(state).own_lesson.with_step(place, **values), place)
 
 
 def with_title(state: State, title: str) -> State:
-    now = own_state(state)
-    return with_lesson(state, replace(now.own_lesson, title=title), now.own_edited)
+    lesson = replace(own_state(state).own_lesson, title=title)
+    return with_lesson(state, lesson, edited_place(state))
 
 
 def moved(state: State, by: int) -> State:
     """With the step that is edited at another place."""
     now = own_state(state)
-    steps, place = list(now.own_lesson.steps), now.own_edited + by
-    if place not in range(len(steps)):
+    steps, place = list(now.own_lesson.steps), edited_place(state)
+    if place + by not in range(len(steps)):
         return state
-    steps.insert(place, steps.pop(now.own_edited))
-    return with_lesson(state, now.own_lesson.with_steps(steps), place)
+    steps.insert(place + by, steps.pop(place))
+    return with_lesson(state, now.own_lesson.with_steps(steps), place + by)
 
 
 def removed(state: State) -> State:
@@ -347,7 +370,7 @@ def removed(state: State) -> State:
     now = own_state(state)
     if not now.own_lesson.steps:
         return state
-    steps, place = list(now.own_lesson.steps), now.own_edited
+    steps, place = list(now.own_lesson.steps), edited_place(state)
     gone = steps.pop(place)
     state = left(state) if not steps and now.own_step is not None else state
     state = with_lesson(state, now.own_lesson.with_steps(steps), place)
@@ -433,55 +456,71 @@ def begun_lesson(
 
 def player_html(state: State, presented: Snapshot | None, *, is_led: bool) -> str:
     """The step that is shown, "" for none. presented: to the presenter, with the votes; is_led: the
-    visitor follows a presenter, who says when the right answer is shown."""
+    visitor follows a presenter, who goes from step to step, and says which answer is right."""
     now, k = own_state(state), shown_place(state)
     if k is None:
         return ""
     step = step_of(state, k)
-    title = escape(now.own_lesson.title or "Lesson")
-    restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the scene"}
-    leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
-    head = f'<div class="title"><h3>{title}</h3>'
-    head += page.button("↺", class_="quiet", **restart)
-    head += page.button("✕", class_="quiet", **leave) + "</div>"
     said = "".join(f"<p>{formatted(line)}</p>" for line in step.say.splitlines() if line.strip())
     asked = f'<p class="question">{formatted(step.ask)}</p>' if step.ask else ""
+    chosen = dict(now.own_answers).get(step.key)
     if presented is not None:
         is_shown = now.answer_shown
         answers = votes_html(step, presented.votes.get(step.key, {}), presented.audience, is_shown)
+    elif is_led and is_closed(now, step):
+        answers = right_html(step, chosen)
     else:
-        answers = answers_html(step, now, is_led=is_led)
-    return head + steps_html(k, len(now.own_lesson.steps)) + said + asked + answers
+        answers = answers_html(step, chosen, is_led=is_led)
+    return head_html(now.own_lesson, k, is_led=is_led) + said + asked + answers
 
 
-def steps_html(k: int, count: int) -> str:
-    """The buttons that go from step to step."""
-    back = page.button("‹ Back", data_do="own.turn", data_value=-1, data_key="b", disabled=k == 0)
-    text = "Finish" if k == count - 1 else "Next ›"
-    ahead = page.button(text, data_do="own.turn", data_value=1, data_key="n", class_="main")
-    place = f'<span aria-current="step">{k + 1} of {count}</span>'
-    return page.group("Steps of the lesson", back, place, ahead)
+def head_html(lesson: OwnLesson, k: int, *, is_led: bool) -> str:
+    """The title of a lesson, and the buttons that go from its step k (from 0) to another one."""
+    title = f"<h3>{escape(lesson.title or 'Lesson')}</h3>"
+    place = f'<span aria-current="step">{k + 1} of {len(lesson.steps)}</span>'
+    if is_led:
+        return f'<div class="title">{title}{place}</div>'
+    restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the scene"}
+    leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
+    title += page.button("↺", class_="quiet", **restart) + page.button("✕", class_="quiet", **leave)
+    turn = {"data_do": "own.turn"}
+    back = page.button("‹ Back", data_value=-1, data_key="b", disabled=k == 0, **turn)
+    text = "Finish" if k == len(lesson.steps) - 1 else "Next ›"
+    ahead = page.button(text, data_value=1, data_key="n", class_="main", **turn)
+    return (
+        f'<div class="title">{title}</div>{page.group("Steps of the lesson", back, place, ahead)}'
+    )
 
 
-def answers_html(step: LessonStep, now: OwnLessonState, *, is_led: bool) -> str:
+def answers_html(step: LessonStep, chosen: int | None, *, is_led: bool) -> str:
     """The answers to choose from, and what is said of the chosen one."""
     if not step.choices:
         return ""
-    chosen = dict(now.own_answers).get(step.key)
-    shows = step.right is not None and (now.answer_shown or not is_led)
     buttons = "".join(
         page.button(text, data_do="own.answer", data_value=k, aria_pressed=k == chosen)
         for k, text in enumerate(step.choices)
     )
     text = page.group("Answers", buttons, class_="row guesses")
-    if is_led and now.answer_shown and step.right is not None:
-        right = f"The right answer: {escape(step.choices[step.right])}"
-        return text + verdict(right, met=chosen == step.right)
     if chosen is None:
         return text
-    met = shows and chosen == step.right
-    words = (RIGHT if met else WRONG) if shows else (SENT if is_led else KEPT)
-    return text + verdict(words, met=met)
+    if is_led or step.right is None:
+        return text + verdict(SENT if is_led else KEPT, met=False)
+    met = chosen == step.right
+    return text + verdict(RIGHT if met else WRONG, met=met)
+
+
+def right_html(step: LessonStep, chosen: int | None) -> str:
+    """The answers after a presenter has shown which one is right."""
+    entries = "".join(
+        f"<li><b>{escape(text)}\u00a0✓</b></li>" if k == step.right else f"<li>{escape(text)}</li>"
+        for k, text in enumerate(step.choices)
+    )
+    answers = f'<ul class="answers">{entries}</ul>'
+    if chosen is None:
+        return answers
+    return answers + verdict(
+        f"Your answer: {escape(step.choices[chosen])}", met=chosen == step.right
+    )
 
 
 def verdict(words: str, *, met: bool) -> str:
@@ -496,7 +535,7 @@ def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_sho
     counts = [Counter(votes)[k] for k in range(len(step.choices))]
     rows, most = [], max(*counts, 1)
     for k, (text, count) in enumerate(zip(step.choices, counts, strict=True)):
-        right = ' <b class="good">✓</b>' if is_shown and k == step.right else ""
+        right = '\u00a0<b class="good">✓</b>' if is_shown and k == step.right else ""
         part = page.attributes(class_="vote", style=f"--part: {100 * count / most:.0f}%")
         rows.append((f"<span{part}>{escape(text)}{right}</span>", str(count)))
     heads = [f'<span class="hidden">{name}</span>' for name in ("answer", "chosen by")]
@@ -511,46 +550,78 @@ def votes_html(step: LessonStep, votes: Mapping[int, int], audience: int, is_sho
 # The fields in which a lesson is written
 
 
-def editor_html(state: State, tabs: Mapping[str, str]) -> str:
-    """The fold in which a lesson is written. tabs: the names of those that a step may open, by
-    key."""
-    now = own_state(state)
-    steps = now.own_lesson.steps
-    keep = page.button("Keep this scene", data_do="own.keep", class_=None if steps else "main")
-    load = (
-        '<label class="button" for="own-file">Open file</label>'
-        '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
-    )
-    tools = keep + load
-    if now.own_removed:
-        tools += page.button("Put the removed scene back", data_do="own.restore")
+class Written(NamedTuple):
+    """What the fold shows in which a lesson is written."""
+
+    lesson: OwnLesson
+    place: int  # of the step whose fields are shown, from 0
+    has_removed: bool  # a step can be put back
+    reserved: tuple[tuple[str, str], ...]  # parameters of the address with other readers
+    tabs: tuple[tuple[str, str], ...]  # keys and names of those that a step may open
+
+    @property
+    def query(self) -> str:
+        """The query of a link that begins the lesson."""
+        return urlencode([*self.reserved, (LESSON_KEY, packed(self.lesson)), (STEP_KEY, 1)])
+
+
+@lru_cache(64)
+def editor_content(written: Written) -> Content:
+    """The fold in which a lesson is written, which is the same in most frames."""
+    return page.html(OWN_LESSON, editor_html(written))
+
+
+def editor_html(written: Written) -> str:
+    """The fold in which a lesson is written."""
+    steps, place = written.lesson.steps, written.place
     if not steps:
-        body = f'<p class="soft">{HINT}</p>' + page.group("Your own lesson", tools)
+        body = f'<p class="soft">{HINT}</p>' + page.group("Your own lesson", first_tools(written))
         return f'<details class="own"><summary>Your own lesson</summary>{body}</details>'
-    link = lesson_query(state)
-    is_short = len(link) <= MAX_LINK
-    long = f"A link has at most {MAX_LINK} characters, this has {len(link)}: save a file"
-    copied = {"data_copy": link if is_short else None, "disabled": not is_short}
-    tools += page.button("Save file", data_do="own.save")
-    tools += page.button("Copy lesson link", title=None if is_short else long, **copied)
-    tools += page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main")
     count = f"{len(steps)} scene{'' if len(steps) == 1 else 's'}"
-    listed = "".join(list_entry(k, step, now) for k, step in enumerate(steps))
+    listed = "".join(list_entry(k, step, is_edited=k == place) for k, step in enumerate(steps))
     title = text_field("title", "own.title", LABELS["title"], MAX_CHARACTERS["title"])
     body = (
-        f"{page.group('Your own lesson', tools)}"
-        f"{'' if is_short else page.note(long)}"
-        f'<div class="own-parts"><div>{title}<ol class="own-list">{listed}</ol>'
-        f"{step_tools(now.own_edited, len(steps))}</div>"
-        f"{step_fields(steps[now.own_edited], tabs)}</div>"
+        f'{share_tools(written)}<div class="own-parts">'
+        f'<div>{title}<ol class="own-list">{listed}</ol>{step_tools(place, len(steps))}</div>'
+        f"{step_fields(steps[place], dict(written.tabs))}</div>"
     )
     return f'<details class="own" open><summary>Your own lesson: {count}</summary>{body}</details>'
 
 
-def list_entry(k: int, step: LessonStep, now: OwnLessonState) -> str:
-    """A step in the list, whose fields it shows."""
+def first_tools(written: Written) -> str:
+    """The buttons that a lesson begins with."""
+    kind = None if written.lesson.steps else "main"
+    tools = page.button("Keep this scene", data_do="own.keep", class_=kind)
+    tools += '<label class="button" for="own-file">Open file</label>'
+    tools += '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
+    if written.has_removed:
+        tools += page.button("Put the removed scene back", data_do="own.restore")
+    return tools
+
+
+def share_tools(written: Written) -> str:
+    """These, and the buttons that share and begin a lesson. The address has no room either for one
+    that is too long for a link."""
+    link = written.query
+    is_short = len(link) <= MAX_LINK
+    copied = {"data_copy": link if is_short else None, "disabled": not is_short}
+    tools = (
+        first_tools(written),
+        page.button("Save file", data_do="own.save"),
+        page.button("Copy lesson link", **copied),
+        page.button("Begin your lesson", data_do="own.go", data_value=0, class_="main"),
+    )
+    long = (
+        f"A link has at most {MAX_LINK} characters, this lesson {len(link)}: save the file, which"
+    )
+    long += " keeps it after this page is closed."
+    return page.group("Your own lesson", *tools) + page.note("" if is_short else long)
+
+
+def list_entry(k: int, step: LessonStep, *, is_edited: bool) -> str:
+    """A step in the list, a button that shows its fields."""
     text = step.say or step.ask or "(no sentence yet)"
-    current = "true" if k == now.own_edited else None
+    current = "true" if is_edited else None
     entry = page.button(
         f"{k + 1}. {text}", data_do="own.edit", data_value=k, class_="quiet", aria_current=current
     )
@@ -559,15 +630,14 @@ def list_entry(k: int, step: LessonStep, now: OwnLessonState) -> str:
 
 def step_tools(k: int, count: int) -> str:
     """The buttons for the step k (from 0)."""
+    move = {"data_do": "own.move"}
     replace_hint = "Take the present scene in its place"
     tools = (
         page.button("Show", data_do="own.go", data_value=k, title="Show the lesson from here"),
         page.button("Replace", data_do="own.take", title=replace_hint),
-        page.button("↑", data_do="own.move", data_value=-1, disabled=k == 0, aria_label="Up"),
-        page.button(
-            "↓", data_do="own.move", data_value=1, disabled=k == count - 1, aria_label="Down"
-        ),
-        page.button("Remove", data_do="own.remove"),
+        page.button("↑", data_value=-1, disabled=k == 0, aria_label="Up", **move),
+        page.button("↓", data_value=1, disabled=k == count - 1, aria_label="Down", **move),
+        page.button("✕", data_do="own.remove", aria_label="Remove", title="Remove this scene"),
     )
     return page.group(f"Scene {k + 1}", *tools)
 
@@ -602,12 +672,13 @@ def text_field(name: str, key: str, label: str, most: int, beside: str = "", **v
     return f'{field}<div class="own-field"><input type="text"{box}>{beside}</div>'
 
 
-def fields_content(now: OwnLessonState) -> Content:
-    """What the fields show."""
-    steps = now.own_lesson.steps
-    step = steps[now.own_edited] if steps else LessonStep("")
-    tab = dict(parse_qsl(step.link)).get("tab", "")
-    content = page.value("own.title", now.own_lesson.title) | page.value("own.tab", tab)
+def fields_content(state: State, usual_tab: str) -> Content:
+    """What the fields show. usual_tab: the key of the one that a link without a tab opens."""
+    step = edited_step(state) or LessonStep("")
+    tab = dict(parse_qsl(step.link)).get("tab", usual_tab)
+    content = page.value("own.title", own_state(state).own_lesson.title) | page.value(
+        "own.tab", tab
+    )
     content |= page.value("own.right", step.right)
     for name in TEXTS:
         content |= page.value(f"own.{name}", getattr(step, name))
@@ -615,9 +686,3 @@ def fields_content(now: OwnLessonState) -> Content:
         answer = step.answers[k] if k < len(step.answers) else ""
         content |= page.value(f"own.answer.{k + 1}", answer)
     return content
-
-
-def lesson_query(state: State) -> str:
-    """The query of a link that begins the lesson."""
-    lesson = packed(own_state(state).own_lesson)
-    return urlencode([*(state.reserved or ()), (LESSON_KEY, lesson), (STEP_KEY, 1)])
