@@ -126,7 +126,7 @@ def text_of_columns(columns: Mapping[str, list[Any]]) -> str:
     """The text of a CSV file that `columns_of_text` reads."""
     lines = zip(*columns.values(), strict=True)
     texts = [columns.keys(), *(map(cell_text, line) for line in lines)]
-    return "\n".join(", ".join(text) for text in texts)
+    return "\n".join(", ".join(text).rstrip() for text in texts)
 
 
 def cell_text(cell: Any) -> str:

@@ -142,7 +142,7 @@ def test_each_point_shows_its_mode_which_can_be_changed(guest, session):
     guest.wait(lambda _: "auto: B1" in guest.texts["adjust-matches"])
     assert "auto: B2" in guest.texts["adjust-matches"]
     guest.do("adjust.match", "1 B3")
-    assert typed().splitlines()[1:] == ["0, 1.6, 0.1, ", "4, 16, 0.5, B3"]
+    assert typed().splitlines()[1:] == ["0, 1.6, 0.1,", "4, 16, 0.5, B3"]
     guest.wait(lambda _: 'value="1 B3" selected' in guest.texts["adjust-matches"])
     match = compared(PAPER, measured_frequencies(PAPER, columns_of_text(typed())), {}).matches[1]
     assert match.mode == "B3"
