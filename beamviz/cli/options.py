@@ -230,6 +230,9 @@ SCENE_KEYWORDS = [
 ]
 
 
+LOOK = "mode", "dark", "tip_path"  # those of how a scene looks
+
+
 def scene_from_options(
     context: typer.Context, scene: Path | None, lesson: str | None, **values: Any
 ) -> "Scene":
@@ -237,7 +240,7 @@ def scene_from_options(
     the explorer without any of them has a scene of its own."""
     from beamviz.scene import START, Scene
 
-    look = {name: values.pop(name) for name in ("mode", "dark", "tip_path")}
+    look = {name: values.pop(name) for name in LOOK}
     beam, options = beam_and_model(**values)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
@@ -276,7 +279,7 @@ def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
 
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
         if given["scene"]:
-            scene = scene_from_options(**given, lesson=None, mode=None, dark=None)
+            scene = scene_from_options(**given, **dict.fromkeys(("lesson", *LOOK)))
             beam, options, measured = scene.beam, scene.options, scene.measured
         else:
             values = {name: given[name] for name in given if name not in ("context", "scene")}
