@@ -289,7 +289,9 @@ def visible_nodes(guest: Visitor) -> dict[str, Any]:
     nodes: dict[str, Any] = {}
     for name, node in guest.nodes.items():
         parents = [name[:k] for k, sign in enumerate(name) if sign == "/" and k] + [name]
-        is_caption = re.search(r"/(node \d+|body \d+|warning|title|speed|tension text|hint \w+)$", name)
+        is_caption = re.search(
+            r"/(node \d+|body \d+|warning|title|speed|tension text|hint \w+)$", name
+        )
         if not hidden & {*parents} and (name in texts or not is_caption):
             at_origin = {"position": (0.0, 0.0, 0.0), "wxyz": (1.0, 0.0, 0.0, 0.0)}
             nodes[name] = at_origin | {key: one for key, one in node.items() if key != "visible"}
