@@ -27,7 +27,7 @@ LESSONS = (
         ),
         right=1,
         scene=Scene.of(plane="flapwise", mode=1),
-        do="Drag **speed γ** slowly from 0 up to 10.",
+        do="Turn the orange wheel on the hub, or drag **speed γ**, slowly from 0 up to 10.",
         see="The frequency ω of B1, the slowest mode, rises with the speed.",
         meaning="Every piece of the rotating beam pulls outward, so the beam is under tension. A"
         " taut string is harder to push aside than a slack one, and swings back faster:"
