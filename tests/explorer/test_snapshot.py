@@ -53,7 +53,7 @@ OF_SCENE = (
     *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
 )
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
-WHEEL = "/scene/rotor/wheel/handle"
+DRAGGED = (MASS, MASS, "/scene/rotor/wheel/handle")  # outside of the tab Motion
 # What the server of fresh pages begins with: nothing of it is to be seen after a link.
 ELSEWHERE = Scene(Beam(alpha=0.3, beta=0.9, gamma=2.5, delta=0.1, mu=55)).changed(
     playing=False, ghosts=False, nodes=False, rotating_frame=True, amplitude=0.07
@@ -136,8 +136,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("lesson_turn", chance.choice((1, -1)))] * 2,
             ("lesson_step", chance.randrange(3)),
             ("lesson_guess", chance.randrange(3)),
-            *[("drag", (MASS, chance.uniform(-0.3, 0.3)))] * 3,
-            ("drag", (WHEEL, chance.uniform(-0.2, 0.2))),
+            *[("drag", (node, far)) for far in [chance.uniform(-0.3, 0.3)] for node in DRAGGED],
         ],
         "frequencies": [
             *[(f"per_rev_{chance.randrange(1, 7)}", chance.random() < 0.7)] * 3,
