@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 from collections import ChainMap
 from collections.abc import Collection, Mapping
@@ -15,6 +16,7 @@ from beamviz.chart_ranges import CHART_AXES
 from beamviz.checks import check_choice, check_float, check_floats, check_int, check_positive
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys, errors_of_file, parse_toml, read_small
+from beamviz.measured import COLUMNS, measured_columns
 from beamviz.si import FILE_KEYS, SI_KEYS, VALUE_UNITS, PhysicalBeam, check_si_table
 from beamviz.solver.problem import OPTIONS, parse_keywords
 from beamviz.units import Units
@@ -33,6 +35,7 @@ MAX_TITLE = 100  # characters
 GIVEN = "earlier"
 SECOND_BEAMS = (GIVEN, "ancf", "coriolis", "mass", "effects")
 LINK_DIGITS = 15  # significant, of values in SI
+BARE_KEY = re.compile("[A-Za-z0-9_-]+")  # of TOML; others are quoted
 TOML_HEADER = """\
 # A scene of beamviz: `beamviz serve FILE`, `beamviz screenshot OUT.png --scene FILE`.
 # Every key is optional. shares: the contribution of mode 1, 2 ... to the motion, each 0 .. 1.
@@ -113,6 +116,8 @@ class ViewOptions:
     colouring: str = COLOURINGS[0]  # "displacement" or "axial strain"
     ghosts: bool = True  # whether the undeformed beam and its equilibrium are drawn
     nodes: bool = True  # whether vibration nodes are marked
+    tip_path: bool = False  # whether the curve that the free end runs through is drawn
+    forces: bool = False  # whether tension and forces of inertia are drawn
     thicken: bool = False  # whether a slender beam is drawn thicker
     all_modes: bool = False  # whether each mode has its row
     dark: bool = False  # whether the colours are dark
@@ -196,6 +201,7 @@ TABLES = {
     "units": tuple(Units.__dataclass_fields__),
     "si": tuple(FILE_KEYS),
     "second": ("choice", "title", "stacked", "beam", "units", "si", "model"),
+    "measured": COLUMNS,
 }
 KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
@@ -212,6 +218,8 @@ class Scene:
     over: str = "gamma"  # the abscissa of the loci chart
     per_rev: tuple[int, ...] = ()  # multiples of the speed in it; True for all of PER_REV
     second: Second | None = None  # a beam drawn with it
+    # Measured frequencies of the beam: columns by name, as for `adjust`; {} without any.
+    measured: dict[str, list[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_keys(self.options, LINKED["model"], "the model")
@@ -222,6 +230,8 @@ class Scene:
         object.__setattr__(self, "options", options)
         check_choice("over", self.over, CHART_AXES)
         object.__setattr__(self, "per_rev", check_per_rev(self.per_rev))
+        if self.measured:
+            object.__setattr__(self, "measured", measured_columns(self.beam, self.measured))
 
     @classmethod
     def of(cls, beam: Beam | None = None, **values: Any) -> Self:
@@ -250,11 +260,12 @@ class Scene:
 
     @property
     def second_scene(self) -> Self:
-        """The scene of the second beam alone; its own where there is none."""
+        """The scene of the second beam alone, of which nothing is measured; its own where there is
+        none."""
         if self.second is None:
             return self
-        options = self.options | self.second.options
-        return replace(self, beam=self.second.beam or self.beam, options=options, second=None)
+        beam, options = self.second.beam or self.beam, self.options | self.second.options
+        return replace(self, beam=beam, options=options, second=None, measured={})
 
     @property
     def tables(self) -> dict[str, dict[str, Any]]:
@@ -267,6 +278,7 @@ class Scene:
             "camera": without_none(self.camera),
             "chart": {"over": self.over, "per_rev": self.per_rev},
             "second": self.second.table if self.second else {},
+            "measured": self.measured,
         }
 
     def to_toml(self) -> str:
@@ -327,19 +339,25 @@ class Scene:
     def from_bytes(cls, text: bytes, name: str, folder: Path | None = None) -> Self:
         """The scene in the contents of a TOML file with a name. folder: of its file of stations,
         which it may not name where none is given. Raises InvalidInput."""
-        tables = parse_toml(text, name)
+        return cls.from_tables(parse_toml(text, name), name, folder)
+
+    @classmethod
+    def from_tables(cls, tables: dict[str, Any], name: str, folder: Path | None = None) -> Self:
+        """The scene of tables as a scene file has them; name: of the file, in errors. Raises
+        InvalidInput."""
         check_keys(tables, TABLES, name)
         for table, values in tables.items():
             if not isinstance(values, dict):
                 raise InvalidInput(f"{name}: {table} = {values!r}: must be a table [{table}]")
-            if table != "si":  # whose keys are checked with their units
+            if table not in ("si", "measured"):  # whose keys are checked with their units
                 check_keys(values, TABLES[table], f"{name} [{table}]")
         values = ChainMap(*(tables[table] for table in tables.keys() & LINKED.keys()))
         with errors_of_file(name, VALUE_UNITS):
             beam = beam_with_units(tables, folder)
         with errors_of_file(name):
             second = Second.of_table(tables["second"], folder) if "second" in tables else None
-            return replace(cls.of(beam, **values), second=second)
+            measured = tables.get("measured", {})
+            return replace(cls.of(beam, **values), second=second, measured=measured)
 
 
 def toml_table(heading: str, values: dict[str, Any]) -> str:
@@ -352,8 +370,14 @@ def toml_table(heading: str, values: dict[str, Any]) -> str:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             inner += [toml_table(f"[[{name}.{key}]]", entry) for entry in value]
         else:
-            lines.append(f"{key} = {json.dumps(value)}\n")
+            bare = key if BARE_KEY.fullmatch(key) else json.dumps(key)
+            lines.append(f"{bare} = {toml_value(value)}\n")
     return "".join([*lines, *inner]) if values else ""
+
+
+def toml_value(value: Any) -> str:
+    """A text, number, truth or list as TOML: as JSON, but for what that escapes otherwise."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def inline_toml(value: Any) -> str:

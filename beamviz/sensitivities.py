@@ -1,17 +1,19 @@
 """Sensitivities of frequencies: d omega_k / dp of each mode k to each number p of a beam.
 
-They are fourth-order differences of the solver's own frequencies in s^2, which is smooth where a
-frequency goes through zero,
+In the coordinates of the modes of the beam itself, the operator of its lowest modes is
 
-    d omega / dp = Im (d(s^2)/dp / (2 s)),
+    A(p) = O diag(lambda(p)) O^-1,   O = W Phi(p),   W Phi(p_0) = 1,
 
-of beams that are solved in one stack to a tolerance of 1e-10. Modes of the changed beams are paired
-with those of the beam by their shapes, so that loci may cross.
+with the shapes Phi and lambda = s^2; with Coriolis forces the states (v, s v) and their conjugates,
+and lambda = s. A is diagonal at p_0, so that d lambda_k / dp = (dA / dp)_kk; and it is smooth
+in p where loci cross or veer, as it does not depend on the order of the modes, nor on how they mix
+among each other. dA / dp are fourth-order differences of beams solved in one stack, to a tolerance
+of 1e-10.
 """
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +23,13 @@ from beamviz.errors import InvalidInput
 from beamviz.si import INEXTENSIBLE
 from beamviz.solver import solve_many
 from beamviz.solver.solution import Solution
+from beamviz.space.spans import ends_of_spans
 
 TOLERANCE = 1e-10  # of the solutions: a step of 1e-3 divides their errors by it
 STEP = 1e-3  # relative to the scale of a number; the truncation error is its fourth power
-EXTRA_MODES = 2  # that may become one of the lowest
-POINTS = np.linspace(0.04, 1.0, 25)  # of shapes that are compared
+EXTRA_MODES = 3  # of which those are taken that are near the lowest
+SINGULAR = 1e8  # condition of O from which the lowest modes are not those of the beam
+POINTS = np.linspace(0.025, 1.0, 40)  # of shapes that are compared
 
 
 class Stencil(NamedTuple):
@@ -49,21 +53,72 @@ class Difference(NamedTuple):
     beams: list[Beam]
 
 
+class ModalBasis(NamedTuple):
+    """The lowest modes of a beam, as coordinates for those of changed beams."""
+
+    beam: Beam
+    size: int  # number of the modes
+    has_states: bool  # of displacements and velocities, not of shapes alone
+    inverse: NDArray  # W (vectors, rows)
+
+    @classmethod
+    def of(cls, solution: Solution, least: int) -> Self:
+        """Of `least` modes or more, up to the greatest step of their squares."""
+        s = solution.s[np.isfinite(solution.s)]
+        squares = abs(s**2)
+        least = min(least, len(s))
+        steps = squares[least:] / np.maximum(squares[least - 1 : -1], 1e-300)
+        count = least + int(steps.argmax()) if len(steps) else least
+        has_states = solution.problem.gyroscopic and bool((s[:count] != 0).all())
+        basis = cls(solution.beam, count, has_states, np.empty(0))
+        return basis._replace(inverse=np.linalg.pinv(basis.vectors(solution)[1]))
+
+    def vectors(self, solution: Solution) -> tuple[NDArray, NDArray]:
+        """lambda (vectors,) and unit vectors (rows, vectors) of the modes of a changed beam: their
+        shapes at POINTS, which move with the masses."""
+        ends, changed = ends_of_spans(self.beam), ends_of_spans(solution.beam)
+        points = np.interp(POINTS, ends, changed) if len(ends) == len(changed) else POINTS
+        known = np.flatnonzero(np.isfinite(solution.s))[: self.size]
+        shapes = solution.fields(points)
+        shapes, s = shapes.reshape(-1, shapes.shape[-1])[:, known], solution.s[known]
+        if not self.has_states:
+            return s**2, shapes / np.linalg.norm(shapes, axis=0)
+        states = np.vstack((shapes, s * shapes))
+        states /= np.linalg.norm(states, axis=0)
+        return np.concatenate((s, s.conj())), np.hstack((states, states.conj()))
+
+    def operator(self, answer: Any) -> NDArray:
+        """A (vectors, vectors) of a changed beam; nan without a solution, or with fewer modes."""
+        count = len(self.inverse)
+        if isinstance(answer, Solution):
+            values, vectors = self.vectors(answer)
+            O = self.inverse @ vectors
+            if O.shape == (count, count) and np.linalg.cond(O) < SINGULAR:
+                operator: NDArray = (O * values) @ np.linalg.inv(O)
+                return operator
+        return np.full((count, count), math.nan + 0j)
+
+
 def sensitivities(solution: Solution) -> dict[str, NDArray]:
     """The derivative (modes,) of each frequency of a solution to each number that the beam has, by
     name; nan where a mode has no frequency, or a changed beam no solution."""
     differences = list(differences_of(solution))
     options = solution.problem.options
     options["tolerance"] = min(TOLERANCE, options["tolerance"])
-    known = np.isfinite(solution.frequencies) & (solution.s != 0)
-    beams = [beam for each in differences for beam in each.beams]
-    answers = iter(solve_many(beams, extra_modes=EXTRA_MODES, **options))
-    by_number = {}
+    beams = [solution.beam, *(beam for each in differences for beam in each.beams)]
+    same, *changed = solve_many(beams, extra_modes=EXTRA_MODES, **options)
+    by_number = {each.number: np.full(len(solution.s), math.nan) for each in differences}
+    if not isinstance(same, Solution):
+        return by_number
+    basis, answers = ModalBasis.of(same, len(solution.s)), iter(changed)
+    modes, places = paired(solution, same, basis.size)
+    s = solution.s[modes]
+    known = np.isfinite(solution.frequencies[modes]) & (s != 0)
     for each in differences:
-        squares = [paired_squares(solution, next(answers)) for _ in each.beams]
-        derivative = np.tensordot(each.weights, squares, axes=1) / each.step  # of s^2, (modes,)
-        rates = by_number[each.number] = np.full(len(known), np.nan)
-        rates[known] = (derivative[known] / (2 * solution.s[known])).imag
+        operators = np.array([basis.operator(next(answers)) for _ in each.beams])
+        slopes = np.tensordot(each.weights, operators, axes=1).diagonal()[places] / each.step
+        slopes = slopes if basis.has_states else slopes / np.where(known, 2 * s, 1.0)
+        by_number[each.number][modes[known]] = slopes[known].imag
     return by_number
 
 
@@ -94,27 +149,25 @@ def numbers_that_apply(solution: Solution) -> list[str]:
 
 
 def step_of(beam: Beam, number: str) -> float:
-    """The step of a number, by the scale on which frequencies change with it."""
+    """The step of a number, by the scale on which frequencies change with it: a mass moves those of
+    a blade by that of its lightest part."""
     value = abs(getattr(beam, number))
-    scale = {"beta": 1.0, "mu": value, "flap": value, "alpha": 0.3 + value}.get(number, 1 + value)
+    lightest = min(beam.blade.mass) / 10 if beam.blade else 1.0
+    scales = {"beta": 0.3, "mu": value, "flap": value, "alpha": 0.3 * lightest + value}
+    scale = scales.get(number, 1 + value)
     if number in ("pitch", "twist"):
         scale = math.degrees(1.0)
     return STEP * scale
 
 
-def paired_squares(solution: Solution, answer: Any) -> NDArray:
-    """s^2 (modes,) of the modes of a changed beam in the order of those of the beam, by the
-    greatest overlaps of their shapes; nan without a solution."""
+def paired(solution: Solution, same: Solution, count: int) -> tuple[NDArray, NDArray]:
+    """The indices of modes of a solution and of those of the same beam, of the lowest `count`, with
+    the greatest overlaps: two of one frequency may be in another order."""
     from scipy.optimize import linear_sum_assignment
 
-    squares = np.full(len(solution.s), complex(math.nan, math.nan))
-    if not isinstance(answer, Solution):
-        return squares
-    known = np.flatnonzero(np.isfinite(answer.s))
-    overlaps = abs(unit_shapes(solution).conj().T @ unit_shapes(answer)[:, known])
-    mode, place = linear_sum_assignment(overlaps, maximize=True)
-    squares[mode] = answer.s[known][place] ** 2
-    return squares
+    known = np.flatnonzero(np.isfinite(same.s))[:count]
+    one, other = unit_shapes(solution), unit_shapes(same)[:, known]
+    return linear_sum_assignment(abs(one.conj().T @ other), maximize=True)
 
 
 def unit_shapes(solution: Solution) -> NDArray:

@@ -97,6 +97,7 @@ SMALL = 0.1  # [m] below which a single length is in mm in any case
 LADDERS = {
     "N": prefixed("N", PREFIXES),
     "N m": prefixed("N m", PREFIXES),
+    "J": prefixed("J", PREFIXES),
     "Hz": prefixed("Hz", ("G", "M", "k", "")),
     "s": prefixed("s", ("", "m", "µ", "n")),
     "m": (

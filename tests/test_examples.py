@@ -55,6 +55,13 @@ ANSWERS = {  # by script: what `main` returns, with the digits of the docstring
         "F1 at rest [Hz]": "0.6777",
         "L1 at rest [Hz]": "1.0864",
     },
+    "14_both_planes": {
+        "crossing at gamma": "3.0755",
+        "gap at 5 degrees [1/T*]": "0.2196",
+        "least distance at 30 degrees [1/T*]": "1.21",
+        "flap above 1x [%]": "17.97",
+        "its Southwell coefficient": "0.897",
+    },
 }
 LONG = {"05_map", "06_film", "08_spin_up", "09_cluster"}  # processes, frames, a motion of 15 s
 MAX_BYTES = 150_000  # of a picture
@@ -132,6 +139,23 @@ def test_the_measured_frequencies_are_those_of_an_independent_solution():
     hertz = beam.units.hertz(np.array(truth(beam, 5).frequencies))
     assert hertz == pytest.approx([7.600, 51.507, 139.692, 318.965, 462.384], abs=6e-4)
     assert example.MEASURED["hertz"] == pytest.approx(hertz, rel=5e-3)
+
+
+def test_flap_and_lag_meet_where_an_independent_solution_has_them():
+    """At the crossing both have one frequency; with a pitch they are apart by the gap, and no less
+    on either side; at the speed of the margins flap is above the line by its margin."""
+    flat = load_file(SCRIPTS["14_both_planes"]).FLAT
+
+    def apart(gamma: float, pitch: float) -> float:
+        lower, upper = truth(flat.replace(gamma=gamma, pitch=pitch), 2, plane="both").frequencies
+        return upper - lower
+
+    assert apart(3.0755, 0) < 1e-4
+    assert apart(3.0605, 5) == pytest.approx(0.2196, abs=5e-5)
+    assert min(apart(2.96, 5), apart(3.16, 5)) > 0.22
+    assert apart(2.55, 30) == pytest.approx(1.21, abs=5e-3)
+    flap = truth(flat.replace(pitch=30), 2, plane="both").frequencies[1]
+    assert 100 * (flap / 5 - 1) == pytest.approx(17.97, abs=5e-3)
 
 
 def test_the_examples_are_on_their_page():

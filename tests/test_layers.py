@@ -26,7 +26,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("beam",),
     ("presets", "chart_ranges"),
     ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
-    ("sensitivities",),
+    ("sensitivities", "measured"),
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),
@@ -68,7 +68,9 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.quadrature", "solver.straight", "solver.bent"),
     },
-    "dynamics": {"solver.constitutive", "solver.continuation"},  # strain laws; Newton's method
+    "dynamics": {  # strain laws; Newton's method; modes without mass
+        *("solver.constitutive", "solver.continuation", "solver.pencil.inverse"),
+    },
     "evidence": {"solver.bent"},  # other stable states
 }
 BY_NAME = {  # modules that import by a name, which is not seen unless it is a whole one

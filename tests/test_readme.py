@@ -17,7 +17,7 @@ from beamviz.version import __version__
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
-NAMES = ("reference.md", "deployment.md", "sweeps.md", "motion.md")
+NAMES = ("reference.md", "deployment.md", "sweeps.md", "motion.md", "both_planes.md")
 PAGES = {"README.md": README, **{name: (ROOT / "assets" / name).read_text() for name in NAMES}}
 REFERENCE = PAGES["reference.md"]
 BEAM = Beam(alpha=1, beta=0.5, gamma=10)

@@ -16,7 +16,10 @@ from beamviz.solver.problem import CHOICES
 from beamviz.units import Units
 
 REAL = "[si]\n" + "".join(f"{key} = {value}\n" for key, value in STEEL_BEAM.values.items())
-FLAGS = ("playing", "rotating_frame", "ghosts", "nodes", "thicken", "all_modes", "dark")
+FLAGS = (
+    *("playing", "rotating_frame", "ghosts", "nodes", "tip_path", "forces", "thicken"),
+    *("all_modes", "dark"),
+)
 points = st.tuples(*[st.floats(-1000, 1000)] * 3)
 numbers = {name: st.floats(*one.limits) for name, one in PARAMETERS.items()}
 numbers |= {"gamma": st.floats(0, 50), "spin_up": st.just(0.0) | st.floats(*SPIN_UP.limits)}
@@ -39,7 +42,18 @@ cameras = st.none() | points.flatmap(
 axes = st.sampled_from(sorted(PARAMETERS))
 
 
-@given(st.builds(Scene, beams, models, looks, cameras, axes, st.booleans()))
+positive = st.lists(st.floats(1e-6, 1e6), min_size=3, max_size=3)
+tables = st.just({}) | st.fixed_dictionaries(
+    {"frequency": positive},
+    optional={
+        "error": positive,
+        "mode": st.lists(st.sampled_from(["B1", "S2", "F3"]), min_size=3, max_size=3),
+        "beta": st.lists(st.floats(0, 1), min_size=3, max_size=3),
+    },
+)
+
+
+@given(st.builds(Scene, beams, models, looks, cameras, axes, st.booleans(), measured=tables))
 @settings(max_examples=60)
 def test_a_saved_scene_comes_back_as_it_was_and_a_link_shows_it(scene):
     """Through TOML, to the last bit. Every key goes through the query of an address, over the usual
@@ -48,7 +62,7 @@ def test_a_saved_scene_comes_back_as_it_was_and_a_link_shows_it(scene):
     for base in (Scene(), lesson("veering").scene):
         shown = Scene.from_query(parse_query(scene.to_query(base)), base)
         same_beam(shown.beam, scene.beam)
-        assert replace(shown, beam=scene.beam) == scene
+        assert replace(shown, beam=scene.beam, measured=scene.measured) == scene
 
 
 def test_a_link_says_only_what_is_not_as_usual():
@@ -107,6 +121,12 @@ WRONG = {
     REAL + "[beam]\nalpha = 1": ["[si] and [beam] exclude each other"],
     "[si]\nlength = 1": ["missing key 'density' [kg/m^3]"],
     "[beam": ["not a TOML file"],
+    "measured = 1": ["measured = 1: must be a table [measured]"],
+    "[measured]\nfrequncy = [1]": ["unknown column 'frequncy'", "frequency"],
+    "[measured]\nfrequency = [1, 2]\nmode = [[1], [2]]": ["row 1, mode = '[1]'"],
+    "[measured]\nfrequency = [1, -2]": ["measured: row 2, frequency = -2: must be above 0"],
+    "[measured]\nfrequency = [1, 2]\ngamma = [3]": ["of the same length"],
+    "[measured]\nhertz = [1]": ["hertz needs the size of the beam"],
 }
 
 

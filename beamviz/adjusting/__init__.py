@@ -6,16 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from beamviz.adjusting.free_numbers import BeamFamily, free_numbers
-from beamviz.adjusting.measured import measured_frequencies, target_frequencies
+from beamviz.adjusting.goals import ClearGoal
 from beamviz.adjusting.result import Adjusted
-from beamviz.beam import NUMBERS, Beam
-from beamviz.checks import check_float, check_int
-from beamviz.conversions import checked_unit_size, parse_quantity
+from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
+from beamviz.measured import measured_frequencies, target_frequencies
 from beamviz.solver.problem import parse_keywords
-
-MAX_PER_REV = 100
-MARGIN_LIMITS = (1e-4, 1.0)
 
 
 def adjust(
@@ -58,11 +54,9 @@ def adjust(
     parse_keywords(**options)  # raises InvalidInput
     family = BeamFamily(beam, free_numbers(beam, free))
     if clear is not None:
-        from beamviz.adjusting.clear import ClearGoal, cleared
+        from beamviz.adjusting.clear import cleared
 
-        low, high = speed_range(beam, between)
-        least = check_float("margin", margin, *MARGIN_LIMITS)
-        answer = cleared(family, ClearGoal(per_rev_lines(clear), low, high, least), options)
+        answer = cleared(family, ClearGoal.of(beam, clear, between, margin), options)
     else:
         from beamviz.adjusting.fit import fitted
 
@@ -74,42 +68,3 @@ def adjust(
             rows = target_frequencies(beam, targets)
         answer = fitted(family, rows, options, given[0])
     return replace(answer, seconds=time.perf_counter() - began)
-
-
-def per_rev_lines(clear: Iterable[int] | int) -> tuple[int, ...]:
-    """The multiples of the speed. Raises InvalidInput."""
-    lines = clear if isinstance(clear, Iterable) else (clear,)
-    checked = tuple(sorted({check_int("clear", line, 1, MAX_PER_REV) for line in lines}))
-    if not checked:
-        raise InvalidInput("clear: must be multiples of the speed, as (1, 2, 3)")
-    return checked
-
-
-def speed_range(beam: Beam, between: Any) -> tuple[float, float]:
-    """The range of gamma, given as numbers or as texts in a unit. Raises InvalidInput."""
-    if isinstance(between, str):
-        between = between.split(":")
-    try:
-        low, high = (speed(beam, end) for end in between)
-    except TypeError:
-        raise InvalidInput(f"between = {between!r}: must be two speeds, as (2, 6)") from None
-    except ValueError as error:
-        if isinstance(error, InvalidInput):
-            raise
-        raise InvalidInput(f"between = {between!r}: must be two speeds, as (2, 6)") from None
-    if not 0 < low < high:
-        raise InvalidInput(f"between = {low:g}, {high:g}: must ascend, the first above 0")
-    return low, high
-
-
-def speed(beam: Beam, value: Any) -> float:
-    """A speed gamma, given as a number or a text in a unit, as "200rpm". Raises InvalidInput."""
-    quantity = parse_quantity(value) if isinstance(value, str) else None
-    if quantity is None or not quantity.unit:
-        value = quantity.value if quantity else value
-        return check_float("between", value, *NUMBERS["gamma"].limits)
-    size = checked_unit_size(f"between {value}", quantity.unit, "rad/s")
-    if beam.units is None:
-        raise InvalidInput(f"between {value}: the size of the beam is not known; give it in SI")
-    gamma = quantity.value * size * beam.units.time
-    return check_float("between", gamma, *NUMBERS["gamma"].limits)

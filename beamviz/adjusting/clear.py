@@ -14,13 +14,14 @@ missing of it, so that without an answer it ends at the best margin that there i
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.adjusting.fit import at_bounds
 from beamviz.adjusting.free_numbers import BeamFamily
+from beamviz.adjusting.goals import ClearGoal
 from beamviz.adjusting.result import Adjusted, HeldMargin
 from beamviz.errors import InvalidInput, NoAnswer
 from beamviz.solver import solve_many
@@ -36,15 +37,6 @@ LACK = 10.0  # added to a lack of margin: more than every distance
 NO_BEAM = -10.0  # margin of a beam without a stable equilibrium
 ROUNDING = 1e-6  # of a margin
 MORE_MODES = 2  # beyond those that reach the highest line for the given beam
-
-
-class ClearGoal(NamedTuple):
-    """Per-rev lines, the range of gamma, in 1/T* of the given beam, and the least margin."""
-
-    lines: tuple[int, ...]
-    low: float
-    high: float
-    margin: float
 
 
 @dataclass

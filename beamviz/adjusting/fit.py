@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.adjusting.free_numbers import BeamFamily
-from beamviz.adjusting.measured import MeasuredFrequency
 from beamviz.adjusting.result import Adjusted, Match
+from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoAnswer
+from beamviz.measured import MeasuredFrequency
 from beamviz.solver import solve_many
 from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution
@@ -121,6 +122,15 @@ class FrequencyFit:
         absent = ABSENT * self.measured
         return (np.where(np.isnan(predicted), absent, predicted) - self.measured) / self.sigma
 
+    def matches(self, by_setting: list[dict[str, float]], labels: Labels) -> tuple[Match, ...]:
+        """Each measured frequency with that of its mode."""
+        predicted = self.predicted(by_setting, labels)
+        residuals = (predicted - self.measured) / self.sigma
+        return tuple(
+            Match(label, dict(row.numbers), row.frequency, float(f), row.error, float(residual))
+            for row, label, f, residual in zip(self.rows, labels, predicted, residuals, strict=True)
+        )
+
     def residuals_at(self, u: NDArray, labels: Labels) -> NDArray:
         return self.residuals(self.labelled_frequencies([u])[0], labels)
 
@@ -194,6 +204,26 @@ def modes_needed(rows: Sequence[MeasuredFrequency], in_space: bool) -> int:
     return min(MAX_MODES, max(5, (1 + in_space) * most + 3, together + 2))
 
 
+class Comparison(NamedTuple):
+    """Measured frequencies of a beam: the match of each, and the labels of the modes that it may be
+    matched to, in the order of their frequencies."""
+
+    matches: tuple[Match, ...]
+    choices: tuple[tuple[str, ...], ...]
+
+
+def compared(beam: Beam, rows: list[MeasuredFrequency], options: dict[str, Any]) -> Comparison:
+    """A beam compared with measured frequencies, each with that of the mode to which the beam
+    itself would be fitted. options: as for `solve`. Raises InvalidInput."""
+    in_space = options.get("plane") == "both"
+    check_labels(rows, in_space)
+    solved = {"modes": modes_needed(rows, in_space), **options}
+    fit = FrequencyFit(BeamFamily(beam, ()), rows, solved)
+    (by_setting,) = fit.labelled_frequencies([np.empty(0)])
+    choices = tuple(tuple(by_setting[setting]) for setting in fit.row_setting)
+    return Comparison(fit.matches(by_setting, fit.assigned(by_setting)), choices)
+
+
 def fitted(
     family: BeamFamily, rows: list[MeasuredFrequency], options: dict[str, Any], goal: str
 ) -> Adjusted:
@@ -250,13 +280,7 @@ def described(
 ) -> Adjusted:
     """The result of the best fit, with its errors and the other fits that are as good."""
     family, free = fit.family, fit.family.free
-    predicted = fit.predicted(fit.labelled_frequencies([best.u])[0], best.labels)
-    matches = tuple(
-        Match(label, dict(row.numbers), row.frequency, float(f), row.error, float(residual))
-        for row, label, f, residual in zip(
-            fit.rows, best.labels, predicted, (predicted - fit.measured) / fit.sigma, strict=True
-        )
-    )
+    matches = fit.matches(fit.labelled_frequencies([best.u])[0], best.labels)
     variance = residual_variance(fit, best)
     deviations, correlations = standard_deviations(best.jacobian, variance)
     undetermined = tuple(

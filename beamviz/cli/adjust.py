@@ -15,7 +15,7 @@ FREE_HELP = (
 )
 MEASURED_HELP = (
     "Measured frequencies: columns frequency or hertz, and if known mode, error, and gamma, rpm or"
-    " another number."
+    " another number (default: those of --scene)."
 )
 MODES_HELP = (
     "Number of the lowest modes that count (default: as many as the goal needs, at most 20)."
@@ -59,9 +59,22 @@ def parse_share(text: Any) -> float:
         raise typer.BadParameter(f"{text}: must be a share, as 0.1 or 10%") from None
 
 
+# The options of a range of speeds without resonances.
+CLEAR = option("Multiples of the speed to avoid.", parser=parse_lines, metavar="K,K,...")
+BETWEEN = option("With --clear: range of gamma, or as 200rpm:400rpm.", metavar="A:B")
+MARGIN = option("With --clear: least distance from a line.", parser=parse_share, metavar="SHARE|N%")
+
+
+def check_clear(clear: Any, between: str) -> None:
+    """InvalidInput for one of --clear and --between without the other."""
+    if bool(clear) != bool(between):
+        raise InvalidInput("--clear and --between belong together, as --clear 1,2 --between 2:6")
+
+
 def adjust(
     beam: Beam,
     options: dict[str, Any],
+    scene_measured: dict[str, Any],
     context: typer.Context,
     beam_file: Annotated[
         Path | None, typer.Argument(help="The same as --si.", metavar="BEAM")
@@ -77,16 +90,9 @@ def adjust(
             metavar="MODE=FREQUENCY",
         ),
     ] = None,
-    clear: Annotated[
-        Any, option("Multiples of the speed to avoid.", parser=parse_lines, metavar="K,K,...")
-    ] = None,
-    between: Annotated[
-        str, option("With --clear: range of gamma, or as 200rpm:400rpm.", metavar="A:B")
-    ] = "",
-    margin: Annotated[
-        Any,
-        option("With --clear: least distance from a line.", parser=parse_share, metavar="SHARE|N%"),
-    ] = 0.1,
+    clear: Annotated[Any, CLEAR] = None,
+    between: Annotated[str, BETWEEN] = "",
+    margin: Annotated[Any, MARGIN] = 0.1,
     modes: Annotated[int | None, number(MODES_HELP)] = None,
     format: Annotated[Literal["table", "json"], option("Output format.")] = "table",
 ) -> None:
@@ -96,8 +102,9 @@ def adjust(
     from beamviz.output.adjusted import ADJUSTED_FORMATS
 
     if beam_file is not None:
-        if si := context.params["si"]:
-            raise InvalidInput(f"{beam_file} and --si {si} exclude each other")
+        for name in ("si", "scene"):
+            if other := context.params[name]:
+                raise InvalidInput(f"{beam_file} and --{name} {other} exclude each other")
         given_values = {each.name: context.params[each.name] for each in BEAM_KEYWORDS}
         beam, options = beam_and_model(**{**given_values, "si": beam_file})
     for names, text in ((free, "--free"), (target or [], "--target")):
@@ -107,16 +114,17 @@ def adjust(
                 raise InvalidInput(f"{text} {name}: is given twice")
     goals = {"--measured": measured, "--target": target, "--clear": clear}
     given = [name for name, value in goals.items() if value]
+    if scene_measured and not given:
+        given = ["--scene"]
     if len(given) != 1:
         raise InvalidInput(f"{' and '.join(given) or 'no goal'}: give one of {', '.join(goals)}")
-    if bool(clear) != bool(between):
-        raise InvalidInput("--clear and --between belong together, as --clear 1,2 --between 2:6")
+    check_clear(clear, between)
     if modes is not None:
         options = {**options, "modes": modes}
     answer = adjust(
         beam,
         dict(free),
-        measured=measured,
+        measured=scene_measured if given == ["--scene"] else measured,
         targets=dict(target) if target else None,
         clear=clear,
         between=between or None,

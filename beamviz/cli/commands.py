@@ -12,7 +12,7 @@ import typer
 
 from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
-from beamviz.cli.adjust import adjust
+from beamviz.cli.adjust import BETWEEN, MARGIN, adjust, check_clear, parse_lines
 from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,
@@ -20,6 +20,7 @@ from beamviz.cli.options import (
     OVER,
     SWEEP_STORE,
     check_store_options,
+    lesson_of_file,
     note_unused,
     number,
     option,
@@ -64,7 +65,15 @@ KIND_HELP = (
 POLYNOMIALS_HELP = (
     "The first flap and edge shapes as polynomials, as an ElastoDyn blade file has them."
 )
-POINTS_HELP = "Measured frequencies to draw in the --plot; a file as for `beamviz adjust`."
+POINTS_HELP = (
+    "Measured frequencies to draw in the --plot; a file as for `beamviz adjust` (default: those of"
+    " --scene)."
+)
+BANDS = option(
+    "Multiples of the speed, whose margins are shaded in the --plot.",
+    parser=parse_lines,
+    metavar="K,K,...",
+)
 MARGINS_HELP = (
     "Table of the margins to the --per-rev lines at the speed --gamma to write besides the output,"
     " as CSV."
@@ -136,6 +145,7 @@ def modes(
 def loci(
     beam: Beam,
     options: dict[str, Any],
+    scene_measured: dict[str, Any],
     context: typer.Context,
     over: OVER,
     start: Annotated[float | None, number("First value of the parameter.")] = None,
@@ -149,6 +159,9 @@ def loci(
     events: Annotated[Path | None, option(EVENTS_HELP, metavar="FILE.csv")] = None,
     margins: Annotated[Path | None, option(MARGINS_HELP, metavar="FILE.csv")] = None,
     measured: Annotated[Path | None, option(POINTS_HELP, metavar="FILE.csv")] = None,
+    clear: Annotated[Any, BANDS] = None,
+    between: Annotated[str, BETWEEN] = "",
+    margin: Annotated[Any, MARGIN] = 0.1,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     kind: Annotated[list[str] | None, option(KIND_HELP, metavar="NAME")] = None,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
@@ -158,10 +171,12 @@ def loci(
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
+    from beamviz.adjusting.goals import ClearGoal
     from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output.loci import LOCI_FORMATS, events_csv, margins_csv
 
     others = ["over", "format", "plot", "events", "margins", "measured", "per_rev", "kind"]
+    others += ["clear", "between", "margin"]
     check_store_options(context, sweep, ["at"], others)
     for path in (events, margins):
         if path:
@@ -169,12 +184,14 @@ def loci(
             check_writable(path)
     if plot:
         from beamviz.plotting import SUFFIXES, save_figure
-        from beamviz.plotting.loci import draw_chart
+        from beamviz.plotting.loci import draw_chart, has_points
 
         check_suffix(plot, SUFFIXES)
         check_writable(plot)
-    elif measured:
-        raise InvalidInput(f"--measured {measured}: is drawn in a chart; give --plot FILE.png too")
+    elif measured or clear:
+        option = f"--measured {measured}" if measured else f"--clear {','.join(map(str, clear))}"
+        raise InvalidInput(f"{option}: is drawn in a chart; give --plot FILE.png too")
+    check_clear(clear, between)
     if sweep:
         from beamviz.sweeps import open_line
 
@@ -191,9 +208,15 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
+    goal = ClearGoal.of(beam, clear, between, margin) if clear else None
+    if goal and number_of(over) != "gamma":
+        raise InvalidInput(f"--clear needs loci over gamma, not over {over}")
     tracked = loci(beam, over, values, modes, per_rev, kind or None, **options)
     if plot:
-        save_figure(plot, draw_chart(tracked, range(1, per_rev + 1), measured=measured))
+        of_scene = scene_measured if has_points(tracked, scene_measured) else None
+        lines = sorted({*range(1, per_rev + 1), *(goal.lines if goal else ())})
+        chart = draw_chart(tracked, lines, measured=measured or of_scene, clear=goal)
+        save_figure(plot, chart)
     for path, text in ((events, events_csv), (margins, margins_csv)):
         if path:
             with replaced(path) as part:
@@ -286,6 +309,7 @@ class ProgressLine:
 @takes_scene
 def serve(
     scene: Any,
+    context: typer.Context,
     scene_file: Annotated[
         Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
     ] = None,
@@ -306,12 +330,15 @@ def serve(
     beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer import serve
 
+    own_lesson = lesson_of_file(context)
+
     port = check_int("port", port, 1, 65535)
     visitors = check_int("visitors", visitors, 1, 1000)
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
     try:
-        serve(scene, host, port, open, public_url, visitors, follow, processes, key_file)
+        given = (host, port, open, public_url, visitors, follow, processes, key_file)
+        serve(scene, *given, own_lesson)
     except Terminated as end:
         if end.number != signal.SIGTERM:  # which is how a service is ended
             raise

@@ -54,6 +54,7 @@ def motion(
     points: Annotated[int, number("Number of times in the output.")] = 401,
     integrator: Annotated[str, option("Integrator; see the reference.")] = "radau",
     step: Annotated[Any, time("Constant step in time [T*].")] = None,
+    tip_path: Annotated[bool, option("The curve of the tip, in a film or page.")] = False,
     format: Annotated[Literal["table", "json", "csv"], option(FORMAT_HELP)] = "table",
 ) -> None:
     """Motion in time: released, set swinging, spun up or stopped; numbers, chart, film or page.
@@ -67,6 +68,7 @@ def motion(
     if path:
         from beamviz.exports.motion_files import SUFFIXES, export_motion
         from beamviz.files import check_suffix, check_writable
+        from beamviz.scene import ViewOptions
 
         check_suffix(path, SUFFIXES)
         check_writable(path)
@@ -90,7 +92,7 @@ def motion(
         **model_options(context, options),
     )
     if path:
-        export_motion(path, moved)
+        export_motion(path, moved, view=ViewOptions(tip_path=tip_path))
         if "format" not in given_options(context):
             return
     from beamviz.output.motion import MOTION_FORMATS

@@ -20,6 +20,7 @@ from beamviz.solver.problem import OPTIONS
 from beamviz.units import BY_NAME, Units, parse_over
 
 if TYPE_CHECKING:
+    from beamviz.lessons.lesson_file import OwnLesson
     from beamviz.scene import Scene
 
 MAX_POINTS = 10_000  # of a sweep
@@ -33,7 +34,13 @@ OVER_HELP = (
     " rpm, rad/s, kg, beta:mm, ..."
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
+LESSON_HELP = "The scene of a lesson, in place of a file; `serve` also opens a lesson's file."
+BEAM_SCENE_HELP = (
+    "A scene saved by the explorer, for its beam, model and measured frequencies; other options"
+    " override it."
+)
 OVER_FORM = "|".join((*NUMBERS, "UNIT"))
+TIP_PATH_HELP = "The curve that the free end runs through."
 DARK_HELP = "Background (default light); of a page too, whatever its reader prefers."
 
 
@@ -128,6 +135,13 @@ BEAM_KEYWORDS = [
     *MODEL_KEYWORDS,
     *FACTOR_KEYWORDS,
 ]
+# The scene of a command that takes a beam.
+BEAM_SCENE = keyword(
+    "scene",
+    Path | None,
+    option(BEAM_SCENE_HELP, metavar="FILE.toml", panel="Beam"),
+    None,
+)
 
 
 def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]]:
@@ -185,13 +199,26 @@ def lesson_names(begun: str) -> list[str]:
     return [name for name in NAMES if name.startswith(begun)]
 
 
+def names_file(lesson: str | None) -> bool:
+    """Whether the lesson given is the file of one's own, not the name of one."""
+    return lesson is not None and lesson.endswith(".toml")
+
+
+def lesson_of_file(context: typer.Context) -> "OwnLesson | None":
+    """The lesson of the file that --lesson names, if it does. Raises InvalidInput."""
+    from beamviz.lessons.lesson_file import OwnLesson
+
+    lesson: Any = context.params.get("lesson")
+    return OwnLesson.from_toml(lesson) if names_file(lesson) else None
+
+
 SCENE_KEYWORDS = [
     keyword("scene", Path | None, scene_option(SCENE_HELP, metavar="FILE.toml"), None),
     keyword(
         "lesson",
         str | None,
         scene_option(
-            "The scene of a lesson, in place of a file.",
+            LESSON_HELP,
             metavar="NAME",
             autocompletion=lesson_names,
         ),
@@ -199,7 +226,11 @@ SCENE_KEYWORDS = [
     ),
     keyword("mode", int | None, number("Mode to show alone (default 2).", panel="Scene"), None),
     keyword("dark", bool | None, scene_option(DARK_HELP, "--dark/--light"), None),
+    keyword("tip_path", bool | None, scene_option(TIP_PATH_HELP), None),
 ]
+
+
+LOOK = "mode", "dark", "tip_path"  # those of how a scene looks
 
 
 def scene_from_options(
@@ -209,11 +240,18 @@ def scene_from_options(
     the explorer without any of them has a scene of its own."""
     from beamviz.scene import START, Scene
 
-    mode, dark = values.pop("mode"), values.pop("dark")
+    look = {name: values.pop(name) for name in LOOK}
     beam, options = beam_and_model(**values)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
         raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
+    if names_file(lesson):
+        if context.command.name != "serve":
+            raise InvalidInput(
+                f"--lesson {lesson}: only `beamviz serve` opens a lesson file; name a lesson of"
+                " `beamviz lessons`"
+            )
+        lesson = None
     if lesson:
         from beamviz import lessons
 
@@ -222,7 +260,7 @@ def scene_from_options(
         start = Scene.from_toml(file) if file else Scene()
     if si := values.pop("si"):
         start = replace(start, beam=beam)
-    values |= {**options, "mode": mode, "dark": dark}
+    values |= options | look
     names = (FACTORS.get(name, name) for name in given_options(context))
     given = {name: values[name] for name in names if name in values}
     if context.command.name == "serve" and not (file or lesson or si or given):
@@ -230,15 +268,28 @@ def scene_from_options(
     return start.changed(**given)
 
 
+CONTEXT = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+
+
 def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
-    """A decorator: the command has the options of a beam and its model, and receives `beam` and
-    `options`."""
+    """A decorator: the command has the options of a beam and its model, or of a scene that has
+    them, and receives `beam`, `options` and, where it has such a keyword, the measured frequencies
+    of the scene as `scene_measured`."""
+    has_measured = "scene_measured" in inspect.signature(command).parameters
 
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
-        beam, options = beam_and_model(**given)
+        if given["scene"]:
+            scene = scene_from_options(**given, **dict.fromkeys(("lesson", *LOOK)))
+            beam, options, measured = scene.beam, scene.options, scene.measured
+        else:
+            values = {name: given[name] for name in given if name not in ("context", "scene")}
+            (beam, options), measured = beam_and_model(**values), {}
+        if has_measured:
+            remaining = {**remaining, "scene_measured": measured}
         command(beam=beam, options=options, **remaining)
 
-    return with_keywords(command, ("beam", "options"), BEAM_KEYWORDS, call)
+    made = ("beam", "options", "scene_measured")
+    return with_keywords(command, made, [CONTEXT, BEAM_SCENE, *BEAM_KEYWORDS], call)
 
 
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
@@ -248,8 +299,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
         command(scene=scene_from_options(**given), **remaining)
 
-    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
-    return with_keywords(command, ("scene",), [context, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
+    return with_keywords(command, ("scene",), [CONTEXT, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
 
 
 def with_keywords(

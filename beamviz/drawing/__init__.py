@@ -1,5 +1,6 @@
 """The beam in a viser scene: alone, with a second beam overlaid, or with each mode in a row."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,8 @@ import trimesh
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
 from beamviz.drawing.comparison import pair_heights
+from beamviz.drawing.force_arrows import ForceArrows
+from beamviz.drawing.forces import Forces, ModeForces
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
     Bodies,
@@ -17,12 +20,15 @@ from beamviz.drawing.objects import (
     add_instances,
     add_mesh,
     set_surface,
+    tube,
 )
 from beamviz.drawing.root_joint import RootJoint
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.sizes import largest_reach, sections
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import Measure, frequencies
+from beamviz.drawing.tip_path import TipPath
+from beamviz.tables import plural
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
@@ -52,16 +58,16 @@ class BeamView:
         self.rotor = scene.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = None if overlay else Surroundings(scene, root, alone=alone)
         self.reference = None if overlay else ReferenceShapes(scene, root)
-        tube = trimesh.creation.box()  # without ends, which would stick out at a bend
-        tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
         # In one piece: the edges of translucent ones would be seen.
         self.body = add_mesh(scene, f"{root}/rotor/body", **pale) if overlay else None
-        self.beam = add_instances(scene, f"{root}/rotor/beam", tube, hollow=True)
+        self.beam = add_instances(scene, f"{root}/rotor/beam", tube(), hollow=True)
         self.ends = add_instances(scene, f"{root}/rotor/ends", trimesh.creation.box())
         self.bodies = Bodies(scene, root, OPACITY if overlay else None)
         self.joint = None if overlay else RootJoint(scene, root)
         self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
+        self.tip_path = TipPath(scene, root, colours.BEFORE if overlay else colours.TIP_PATH)
+        self.forces: ForceArrows | None = None  # made when they are first shown
         self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
         self.title = Caption(scene, f"{root}/title", "bottom")
         self.line = np.zeros((0, 3))
@@ -81,12 +87,14 @@ class BeamView:
         alone = len(drawn.shown) == 1 and not drawn.warning
         marked = drawn.shown if view.nodes and alone else []
         labels = not (view.all_modes or self.overlay)
-        self.nodes.show(shapes, self.section, marked, labels=labels)
+        below = self.show_forces()
+        self.nodes.show(shapes, self.section, marked, labels=labels, below=below)
         colour = colours.GREYED if drawn.warning else colours.MASS
         colour = colours.BEFORE if self.overlay else colour
         self.bodies.show(shapes, colour, thicken=view.thicken, inset=inset, labels=labels)
         if self.joint:
             self.joint.show(beam, shapes.plane, self.section[0, 0])
+        self.tip_path.show(drawn)
         self.warning.show(drawn.warning or drawn.note, (beam.delta + 0.5, 0.0, 0.12))
         points, _ = to_hub_frame(shapes, shapes.centreline)
         if self.overlay:  # not at the clamp, which is that of the other beam
@@ -101,11 +109,21 @@ class BeamView:
             self.title.show(drawn.title, clamp + (OPPOSITE if folded else beside))
         self.frame.visible = True
 
+    def show_forces(self) -> float:
+        """Show the forces, if any, on the only or the lowest beam. Returns how far down they
+        reach [beam lengths]."""
+        drawn = self.drawn
+        if self.alone and (self.forces or drawn.forces):
+            self.forces = self.forces or ForceArrows(self.scene, self.frame.name)
+            self.forces.show(drawn, self.section)
+        return self.forces.depth if self.forces else 0.0
+
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
         texts = [*self.nodes.captions, *self.bodies.captions, self.warning, self.title]
         texts += [self.surroundings.speed] if self.surroundings else []
+        texts += [self.forces.caption] if self.forces else []
         return [caption for caption in texts if caption.text and self.frame.visible]
 
     def hide(self) -> None:
@@ -118,9 +136,10 @@ class BeamView:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
             self.scene.set_pose(self.frame, position=[0.0, 0.0, self.height] - middle)
 
-    def move(self, phases: np.ndarray, angle: float) -> None:
+    def move(self, phases: np.ndarray, angle: float, forces: Forces | None = None) -> None:
         """Draw the beam at phases (m,) [rad] of its modes, the hub rotated by angle [rad]; in the
-        rotating frame the ground rotates instead."""
+        rotating frame the ground rotates instead. forces: of this moment of a motion in time; those
+        of modes follow from their phases."""
         shapes = self.shapes
         moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
@@ -139,9 +158,23 @@ class BeamView:
             self.scene.set_properties(self.ends, **caps)
         self.nodes.move(points, wxyz)
         self.bodies.move(points, wxyz)
+        self.tip_path.move(phases)
+        if self.forces and (source := self.drawn.forces):
+            now = source.at(phases) if isinstance(source, ModeForces) else forces
+            self.forces.move(shapes.x, points, now)
         if self.surroundings:
             self.surroundings.rotate(angle, self.share)
         self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
+
+    def count_periods(self, phases: np.ndarray) -> None:
+        """Say how many periods are over of the slowest mode that the beam moves in: each begins at
+        the largest displacement."""
+        if self.drawn.shown:
+            k = min(self.drawn.shown, key=lambda k: self.drawn.shapes.frequencies[k])
+            count = int((phases[k].real - math.pi / 2) / (2 * math.pi))
+            label = self.drawn.shapes.labels[k]
+            counted = f": {plural(count, 'period')} of {label}" if count else ""
+            self.title.text = self.drawn.title + counted
 
 
 def capped(section: np.ndarray) -> list[int]:
@@ -243,9 +276,18 @@ class BeamScene:
         if view.surroundings:
             view.surroundings.tell_speed(gamma, view.drawn.shapes.beam.units)
 
-    def move(self, phases: np.ndarray, angle: float, other_phases: Any = None) -> None:
-        """Draw a moment, with the phases of the second beam."""
+    def move(
+        self,
+        phases: np.ndarray,
+        angle: float,
+        other_phases: Any = None,
+        forces: Forces | None = None,
+    ) -> None:
+        """Draw a moment, with the phases of the second beam, and the forces in a motion in time."""
         for beam in self.rows:
-            beam.move(phases, angle)
+            beam.move(phases, angle, forces)
         if self.second:
             self.second.move(other_phases, angle)
+            if not self.second.overlay and self.second.drawn.shown:
+                self.rows[0].count_periods(phases)
+                self.second.count_periods(other_phases)

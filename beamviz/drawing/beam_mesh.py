@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from beamviz.drawing.forces import ForceSource, ModeForces
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.sizes import section_size, sections, turns
 from beamviz.scene import ViewOptions
@@ -198,6 +199,18 @@ class DrawnBeam:
     warning: str = ""  # a text above the beam, which is grey then
     note: str = ""  # a text above a beam that vibrates
     title: str = ""  # a text beside the clamp
+    # (m,) of the phases of its modes, in proportion; None for their frequencies.
+    rates: np.ndarray | None = None
+    forces_of_motion: ForceSource | None = None  # of one in time
+
+    @cached_property
+    def forces(self) -> ForceSource | None:
+        """The forces to draw on it; None where the view has none, and where they are not known."""
+        if not self.view.forces or self.in_rows:
+            return None
+        if self.forces_of_motion or self.shapes.solution is None:
+            return self.forces_of_motion
+        return ModeForces(self.shapes, self.amplitudes)
 
     @cached_property
     def amplitudes(self) -> np.ndarray:

@@ -12,9 +12,23 @@ HUB: RGB = (150, 160, 176)
 ROTATION: RGB = (64, 132, 190)
 MASS: RGB = (84, 92, 110)
 NODE: RGB = (204, 60, 140)
+TIP_PATH: RGB = (214, 92, 24)
 GRIP: RGB = (240, 140, 30)  # what is to be taken by the hand
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)
+TENSION: RGB = (236, 148, 92)  # of the band of forces, and below 0
+COMPRESSION: RGB = (90, 150, 208)
+FORCES: dict[str, RGB] = {  # arrows, by their kinds
+    "pull": (213, 84, 0),
+    "softening": (150, 80, 200),
+    "Coriolis": (0, 160, 235),
+    "Euler": (0, 150, 110),
+}
+ENERGIES: dict[str, RGB] = {  # by their kinds
+    "kinetic": (86, 108, 190),
+    "strain": (34, 158, 134),
+    "centrifugal": (213, 84, 0),
+}
 GRID: RGB = (140, 146, 156)
 # For light and dark: background of the scene (as in page.css), floor, text.
 BACKGROUND: tuple[RGB, RGB] = ((244, 246, 248), (15, 18, 20))

@@ -46,6 +46,7 @@ class SampledModes:
     # The largest displacement where the modes are parts of the same motion, None where each moves
     # for itself.
     largest: float | None = None
+    tip_path: np.ndarray | None = None  # (t, c) from the clamp, of modes that are such parts
 
     @classmethod
     def sampled(

@@ -6,12 +6,14 @@ Each moves like a mode whose phase has its present size as its sine.
 
 import math
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.drawing.beam_mesh import DrawnBeam
+from beamviz.drawing.forces import ForceSource, MotionForces
 from beamviz.drawing.modes import SampledModes, stations
 from beamviz.dynamics import Motion
 from beamviz.dynamics.linear import LinearMotion
@@ -30,7 +32,7 @@ class MotionShapes:
     def __init__(self, motion: Motion | LinearMotion, t: NDArray | None = None):
         self.motion, beam = motion, motion.beam
         self.t = motion.t if t is None else t
-        x = stations(beam.beta if beam.alpha else 1.0)
+        self.x = x = stations(beam.beta if beam.alpha else 1.0)
         unloaded = np.stack([x, np.zeros_like(x)], axis=1)
 
         def moved(t: NDArray) -> NDArray:
@@ -50,6 +52,7 @@ class MotionShapes:
             far = max(far, float(np.linalg.norm(rows.reshape(-1, 2), axis=1).max()))
         self.parts = np.concatenate(parts) * largest
         self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
+        modes = shapes[:count].reshape(count, len(x), 2) / largest[:, None, None]
         self.sampled = SampledModes(
             beam.replace(gamma=0.0),
             plane="chordwise",
@@ -58,10 +61,16 @@ class MotionShapes:
             strain=np.zeros(len(x) - 1),
             labels=tuple(f"{k + 1}" for k in range(count)),
             frequencies=np.zeros(count),
-            modes=shapes[:count].reshape(count, len(x), 2) / largest[:, None, None],
+            modes=modes,
             limits=np.full(count, np.inf),
             largest=far,
+            tip_path=unloaded[-1] + self.parts @ modes[:, -1],
         )
+
+    @cached_property
+    def forces(self) -> MotionForces | None:
+        """The forces in it; None in the linear theory, which has none of the second order."""
+        return MotionForces(self.motion, self.x) if isinstance(self.motion, Motion) else None
 
     def phases(self, t: float) -> NDArray:
         """The phases (k,) [rad] at a time, at most at the end of the motion."""
@@ -89,11 +98,13 @@ def drawn(
     view: ViewOptions,
     scale: float,
     title: str = "",
+    forces: ForceSource | None = None,
 ) -> DrawnBeam:
     """A motion as a beam to draw: displacements as they are, without nodes of modes."""
     view = view.changed("colouring", "displacement").changed("all_modes", False)
     view = view.changed("nodes", False)
-    return DrawnBeam(replace(sampled, beam=beam), view, scale, amplitudes, title=title)
+    shapes = replace(sampled, beam=beam)
+    return DrawnBeam(shapes, view, scale, amplitudes, title=title, forces_of_motion=forces)
 
 
 def drawn_beam(motion: Motion) -> Beam:

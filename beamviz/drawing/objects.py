@@ -34,6 +34,13 @@ def chamfered_box() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.concatenate(corners))
 
 
+def tube() -> trimesh.Trimesh:
+    """A box of unit size without its ends along x, which would stick out at a bend."""
+    box = trimesh.creation.box()
+    box.update_faces(np.abs(box.face_normals[:, 0]) < 0.5)
+    return box
+
+
 def add_instances(
     scene: DrawnScene,
     name: str,
@@ -159,9 +166,16 @@ class Nodes:
         self.captions = [Caption(scene, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
-        self, shapes: SampledModes, section: NDArray, shown: list[int], *, labels: bool = True
+        self,
+        shapes: SampledModes,
+        section: NDArray,
+        shown: list[int],
+        *,
+        labels: bool = True,
+        below: float = 0.0,
     ) -> None:
-        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
+        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them; below: [beam
+        lengths] the room between the beam and its labels for something else."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
         self.at, self.x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(self.x[1:-1], self.at, side="right")
@@ -170,7 +184,7 @@ class Nodes:
         self.rings.visible = bool(marks)
         still, _ = to_hub_frame(shapes, shapes.centreline)
         places = self.on_beam(still)
-        places[:, 2] -= self.size[:, 2] / 2 + 0.03
+        places[:, 2] -= self.size[:, 2] / 2 + 0.03 + below
         units = shapes.beam.units
         for caption in self.captions:
             caption.text = ""

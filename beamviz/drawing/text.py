@@ -122,6 +122,18 @@ def si_text(value: float, quantity: str, digits: int) -> str:
     return f"{significant(value / size, digits)} {unit}"
 
 
+def force_text(force: float, units: Units | None) -> str:
+    """A force [E I / L^2] with its unit: '2.5 E I / L²', '12.5 N'."""
+    newtons = units.newtons(force) if units else None
+    return f"{significant(force, 3)} E I / L²" if newtons is None else si_text(newtons, "N", 3)
+
+
+def energy_text(energy: float, units: Units | None) -> str:
+    """An energy [E I / L] with its unit: '0.25 E I / L', '12.5 J'."""
+    joules = units.newton_metres(energy) if units else None
+    return f"{significant(energy, 3)} E I / L" if joules is None else si_text(joules, "J", 3)
+
+
 def length_text(length: float, units: Units | None, digits: int) -> str:
     """A length [L] with its unit: '0.15 L', '150 mm', '18 m'."""
     if units is None:

@@ -11,6 +11,7 @@ their first axis: q, v = q' and a = q" are (k, n).
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,19 @@ AnyBeam = PlanarBeam | CubicBeam
 AnyState = MovingState | CubicState
 Speed = Callable[[NDArray], tuple[NDArray, NDArray]]  # t (k,) -> gamma and gamma' (k,) each
 Load = tuple[NDArray, NDArray]  # what is prescribed at k times, and its rate
+
+
+class Energies(NamedTuple):
+    """Energies in the rotating frame (k,) [E I / L]."""
+
+    kinetic: NDArray  # int rho |r'|^2 / 2, with that of bodies that turn
+    strain: NDArray  # U, with that of a spring at the root
+    centrifugal: NDArray  # -gamma^2 / 2 int rho |R|^2, a potential
+
+    @property
+    def total(self) -> NDArray:
+        """Their sum: at a constant speed without damping it is constant, the Jacobi integral."""
+        return self.kinetic + self.strain + self.centrifugal
 
 
 class Equation:
@@ -80,11 +94,14 @@ class Equation:
         moves with the unknowns (n,)."""
         return velocity, self.beam.state(q).displacement_at(self.beam.beam.beta)
 
-    def energy(self, gamma: NDArray, q: NDArray, v: NDArray) -> NDArray:
-        """int rho |r'|^2 / 2 + U - gamma^2 / 2 int rho |R|^2 (k,), constant at a constant speed
-        without damping (the Jacobi integral)."""
+    def energies(self, gamma: NDArray, q: NDArray, v: NDArray) -> Energies:
+        """The energies (k,) at k instants."""
         state = self.moving(gamma, np.zeros_like(gamma), q, v, np.zeros_like(q))
-        return state.kinetic + state.stored - state.centrifugal
+        return Energies(state.kinetic, state.stored, -state.centrifugal)
+
+    def energy(self, gamma: NDArray, q: NDArray, v: NDArray) -> NDArray:
+        """Their sum (k,)."""
+        return self.energies(gamma, q, v).total
 
     def check(self, t: float, q: NDArray, v: NDArray) -> None:
         """Raises NoEquilibrium where the stretch of positions q (n,), with velocities v, is out of

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.dynamics.controllers import Controller
-from beamviz.dynamics.equation import AnyBeam, Equation
+from beamviz.dynamics.equation import AnyBeam, Energies, Equation
 from beamviz.dynamics.initial_value import InitialValueProblem
 from beamviz.dynamics.newton_step import Step, Stepper
 from beamviz.dynamics.polynomials import legendre_integrals
@@ -51,6 +51,12 @@ class Trajectory:
         q = self.q[step] + np.einsum("ts,tsn->tn", E, self.slopes[step])
         return q, self.v[step] + np.einsum("ts,tsn->tn", E, self.rates[step])
 
+    def accelerations_at(self, t: NDArray) -> NDArray:
+        """v' (len(t), n) of the beam at times; at the start of a step those before it."""
+        step = np.clip(np.searchsorted(self.t, t) - 1, 0, len(self.q) - 1)
+        P, _ = legendre_integrals((t - self.t[step]) / np.diff(self.t)[step], self.rates.shape[1])
+        return np.einsum("ts,tsn->tn", P, self.rates[step])
+
 
 @dataclass(frozen=True)
 class IntegratedMotion:
@@ -71,16 +77,20 @@ class IntegratedMotion:
         _, v = self.trajectory.at(t)
         return self.parts[0][1].gamma(t, v)
 
-    def energy(self, t: NDArray) -> NDArray:
-        """The energy in the rotating frame (len(t),)."""
+    def energies(self, t: NDArray) -> Energies:
+        """The energies in the rotating frame (len(t),)."""
         q, v = self.trajectory.at(t)
-        energy, before = np.empty(len(t)), -1.0
+        energies, before = np.empty((len(Energies._fields), len(t))), -1.0
         for end, equation in self.parts:
             inside = (before < t) & (t <= end)
             gamma, n = equation.gamma(t[inside], v[inside]), equation.size
-            energy[inside] = equation.energy(gamma, q[inside, :n], v[inside, :n])
+            energies[:, inside] = equation.energies(gamma, q[inside, :n], v[inside, :n])
             before = end
-        return energy
+        return Energies(*energies)
+
+    def energy(self, t: NDArray) -> NDArray:
+        """Their sum (len(t),)."""
+        return self.energies(t).total
 
 
 @dataclass

@@ -12,10 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.dynamics.equation import Energies
 from beamviz.dynamics.integration import Trajectory
 from beamviz.dynamics.problem import MotionProblem
 from beamviz.dynamics.refinement import RefinedMotion
 from beamviz.errors import InvalidInput
+from beamviz.mechanics.inertia import Loading
+from beamviz.solver.constitutive import STRAIN_LAWS
 from beamviz.solver.solution import GreatestStress, read_only, stress_of_deformation
 
 if TYPE_CHECKING:
@@ -55,9 +58,7 @@ class Motion:
     gamma: NDArray  # (n,) speed
     angle: NDArray  # (n,) of the hub [rad]
     tip: NDArray  # (n, 2) position of the tip from the clamp, in the rotating frame
-    # (n,) in the rotating frame, q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2: at a constant speed
-    # without damping it is constant, the Jacobi integral.
-    energy: NDArray
+    energies: Energies  # (n,) in the rotating frame: kinetic, strain, centrifugal
     error: float  # estimated largest error of the tip
     stats: MotionStats
     trajectory: Trajectory  # the unknowns as polynomials in time
@@ -73,11 +74,42 @@ class Motion:
             f" {y:.5g}, error {self.error:.1g}>"
         )
 
+    @cached_property
+    def energy(self) -> NDArray:
+        """The sum of the energies (n,), q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2: at a constant
+        speed without damping it is constant, the Jacobi integral."""
+        return read_only(self.energies.total)
+
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
         rotating frame. Raises ValueError outside."""
         r = self._states(t).positions(within("x", x, 1.0))
         return np.stack((r.real, r.imag), axis=-1)
+
+    def velocity(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Velocity (len(t), len(x), 2) [L/T*] of the points x in the rotating frame. Raises
+        ValueError as `position`."""
+        q, v = self.trajectory.at(within("t", t, float(self.t[-1])))
+        beam = self.trajectory.beam
+        q, v = q[:, : beam.size], v[:, : beam.size]
+        rates = beam.moving(q, v, np.zeros_like(v), Loading(0.0)).velocities_at(within("x", x, 1.0))
+        return np.stack((rates.real, rates.imag), axis=-1)
+
+    def speed(self, t: ArrayLike) -> tuple[NDArray, NDArray]:
+        """The speed of the hub [1/T*] and its rate [1/T*^2] (len(t),) each."""
+        t = within("t", t, float(self.t[-1]))
+        if not isinstance(self.drive, Hub):
+            return self.drive(t)
+        _, v = self.trajectory.at(t)
+        return v[:, -1], self.trajectory.accelerations_at(t)[:, -1]
+
+    def tension(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Axial force (len(t), len(x)) [E I / L^2] by the strain law, tension positive; at a jump
+        that inboard of it."""
+        x = within("x", x, 1.0)
+        law, blade = STRAIN_LAWS[self.model["strain"]], self.beam.blade
+        axial = 1.0 if blade is None else blade.at("axial", x, inboard=True)
+        return self.beam.mu**2 * axial * law.force(self.stretch(t, x))
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Stretch |r'| (len(t), len(x)); at a jump the stretch inboard of it."""
@@ -207,8 +239,8 @@ def motion_of(problem: MotionProblem, refined: RefinedMotion, seconds: float) ->
         runs=refined.runs,
         seconds=seconds,
     )
-    arrays = (t, integrated.speed(t), angle, integrated.tip(t), integrated.energy(t))
-    t, gamma, angle, tip, energy = map(read_only, arrays)
+    energies = Energies(*map(read_only, integrated.energies(t)))
+    t, gamma, angle, tip = map(read_only, (t, integrated.speed(t), angle, integrated.tip(t)))
     return Motion(
         beam=problem.beam,
         drive=drive,
@@ -222,7 +254,7 @@ def motion_of(problem: MotionProblem, refined: RefinedMotion, seconds: float) ->
         gamma=gamma,
         angle=angle,
         tip=tip,
-        energy=energy,
+        energies=energies,
         error=refined.error,
         stats=stats,
         trajectory=trajectory,

@@ -20,6 +20,7 @@ from beamviz.solver.continuation import (
     newton,
     newton_at,
 )
+from beamviz.solver.pencil.inverse import inverse_modes_with_shift
 from beamviz.space.grid import Grid, make_grid
 from beamviz.space.spans import ends_of_spans
 
@@ -151,10 +152,11 @@ def grid_of_spans(beam: Beam) -> Grid:
 def damping_matrix(beam: AnyBeam, q: NDArray, gamma: float, ratio: float) -> NDArray:
     """D (n, n) that gives every mode without Coriolis forces about the equilibrium q the same
     damping ratio: the sum of 2 ratio omega (M phi)(M phi)', phi of unit modal mass."""
-    from scipy.linalg import eigh
-
     state = beam.state(q, Loading(gamma))
     K, M = state.stiffness, state.inertia
-    squares, shapes = eigh((K + K.T) / 2, M)
-    scaled = M @ shapes
-    return (scaled * (2 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ scaled.T
+    K = (K + K.T) / 2
+    # Inverted, as M is singular where the root turns: an angle that is zero at all Gauss points
+    # moves no mass. M phi is sqrt(nu) K v of a mode v of unit stiffness, and omega^2 is 1 / nu.
+    nu, v, shift = inverse_modes_with_shift(M, K, len(M), 0.0)
+    forces = (K + shift * M) @ v.T
+    return (forces * (2 * ratio * np.sqrt(np.maximum(nu - shift * nu**2, 0.0)))) @ forces.T

@@ -20,6 +20,8 @@ from beamviz.explorer.feature import first_state, tabs, usual_state
 from beamviz.explorer.first_picture import first_picture
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
+from beamviz.explorer.state import State
+from beamviz.lessons.lesson_file import OwnLesson
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, key_of_file, public_url
@@ -44,6 +46,7 @@ def serve(
     follow: bool = False,
     processes: int | None = None,
     key_file: Path | None = None,
+    lesson: OwnLesson | None = None,
 ) -> None:
     """Serve the explorer, starting from `scene`, until an exception ends it: see
     `terminate_on_signal`.
@@ -53,14 +56,18 @@ def serve(
     public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
     follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
     number that share the visitors (see `process_count`); key_file: a file with the visitors' key,
-    for several servers behind one address, instead of a key for this run.
+    for several servers behind one address, instead of a key for this run; lesson: pages open within
+    it, and leave it to `scene`.
 
-    Raises InvalidInput for a beam that the method cannot solve, a number of processes that is not
+    Raises InvalidInput for a beam that the method cannot solve, a scene of the lesson that is not
+    valid, a number of processes that is not
     possible or an invalid key, and Unavailable if the address is not available, if viser or
     websockets lack a required attribute, or if the self-test fails and other machines can reach
     the server.
     """
     check_scene(scene)
+    if lesson:
+        links.opened_lesson(usual_state(scene, links.PAGE), lesson, "--lesson")
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
@@ -74,9 +81,12 @@ def serve(
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
     with ExitStack() as stack:
         if count > 1:
-            url, run = stack.enter_context(several_processes(scene, host, port, count, **access))
+            url, run = stack.enter_context(
+                several_processes(scene, lesson, host, port, count, **access)
+            )
         else:
-            url, run = stack.enter_context(explorer(scene, host, port, **access)), wait_for_signal
+            served = explorer(scene, host, port, lesson, **access)
+            url, run = stack.enter_context(served), wait_for_signal
         note = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
         link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
@@ -114,7 +124,7 @@ def check_scene(scene: Scene) -> None:
 
 @contextmanager
 def several_processes(
-    scene: Scene, host: str, port: int, processes: int, **access: Any
+    scene: Scene, lesson: OwnLesson | None, host: str, port: int, processes: int, **access: Any
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
@@ -122,7 +132,8 @@ def several_processes(
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
-        worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
+        of_worker = {"visitor_count": visitor_count, "listener": listener}
+        worker = explorer(scene, host, lesson=lesson, **of_worker, **access)
         with suppress(Terminated), worker:
             ready()
             wait_for_signal()
@@ -135,34 +146,48 @@ def several_processes(
 
 
 @contextmanager
-def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
-    """A running explorer: the URL for visitors, with any key; options: further fields of Access."""
-    with run_explorer(scene, Access(host, port, **options)) as (url, _):
+def explorer(
+    scene: Scene,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    lesson: OwnLesson | None = None,
+    **options: Any,
+) -> Iterator[str]:
+    """A running explorer: the URL for visitors, with any key; lesson: in which pages open; options:
+    further fields of Access."""
+    with run_explorer(scene, Access(host, port, **options), lesson) as (url, _):
         yield url
 
 
 @contextmanager
-def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
-    """A running explorer: the URL for visitors, and its frame loop."""
+def run_explorer(
+    scene: Scene, access: Access, lesson: OwnLesson | None = None
+) -> Iterator[tuple[str, FrameLoop]]:
+    """A running explorer: the URL for visitors, and its frame loop; lesson: in which pages open."""
+    begin = partial(links.opened_lesson, lesson=lesson, name="--lesson") if lesson else same
     styles = [kind.style for kind in links.PAGE if kind.style]
-    first_picture = opening_picture(scene, access)
+    first_picture = opening_picture(scene, access, begin)
     insert = partial(insert_page, tabs=tabs(links.PAGE), styles=styles, first_picture=first_picture)
     with run_server(access, insert) as server:
         access = replace(access, port=server.get_port())
         self_test(server, access)
         choose_theme(server, dark=scene.view.dark)
         place(server.initial_camera, initial(scene))
-        frame_loop = FrameLoop(server, scene, access, links.PAGE)
+        frame_loop = FrameLoop(server, scene, access, links.PAGE, begin)
         try:
             yield access.url, frame_loop
         finally:
             frame_loop.stop()
 
 
-def opening_picture(scene: Scene, access: Access) -> str:
+def same(state: State) -> State:
+    return state
+
+
+def opening_picture(scene: Scene, access: Access, begin: Callable[[State], State] = same) -> str:
     """The first picture of pages, of no scene in particular where they may open on another one
-    (that of a presenter, or a later one of a notebook) or where a feature begins."""
-    begins = first_state(scene, links.PAGE) != usual_state(scene, links.PAGE)
+    (that of a presenter, or a later one of a notebook) or where a feature or a lesson begins."""
+    begins = begin(first_state(scene, links.PAGE)) != usual_state(scene, links.PAGE)
     is_known = not (access.presenter_key or access.framed or begins)
     return first_picture(scene if is_known else None)
 

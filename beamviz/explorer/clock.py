@@ -49,8 +49,9 @@ class Clock:
         of the first (-1: none) when another choice is made, else they go on."""
         if compared == self.compared and len(partner) == len(self.other_phases):
             return self
-        phases = np.append(self.phases, FULL)[partner]
-        return replace(self, other_phases=phases, compared=compared)
+        phases = self.phases % (2 * math.pi)  # counts of periods begin at the same time
+        others = np.append(phases, FULL)[partner]
+        return replace(self, phases=phases, other_phases=others, compared=compared)
 
     def with_film(self, film: Film | None, moment: float | None) -> Self:
         """With a computed motion at a moment; without one the same motion goes on, and another
@@ -106,7 +107,7 @@ def fastest_growth(shapes: SampledModes) -> float:
 def turned(phases: np.ndarray, time: float, shapes: SampledModes) -> np.ndarray:
     """Phases (m,) after a time [T*]."""
     frequencies = shapes.frequencies
-    return (phases + time * np.where(np.isfinite(frequencies), frequencies, 0.0)) % (2 * math.pi)
+    return phases + time * np.where(np.isfinite(frequencies), frequencies, 0.0)
 
 
 def suitable_rate(rates: Sequence[float] | np.ndarray, gamma: float, units: Units | None) -> float:

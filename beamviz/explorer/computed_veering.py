@@ -8,10 +8,12 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.drawing.text import significant
 from beamviz.explorer.computed_loci import PLANES, ChartRequest, LocusLine, lines_of
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.problem import MAX_MODES, OPTIONS
+from beamviz.solver.solution import BENDING, STRETCHING
 
 POINTS = 40  # of a sweep; even, so that the middle is not one of them
 REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
@@ -20,6 +22,7 @@ WIDE_PITCH = 5.0  # [deg] of the view of flap and lag
 MARGIN = 4.0  # half width of the view, over that of a veering
 BESIDE = 1e-3  # of the view: offset of shapes from a crossing, where they are not unique
 X = np.linspace(0.0, 1.0, 61)
+EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction: exchange above, none below
 
 
 class ModeShape(NamedTuple):
@@ -121,29 +124,37 @@ class VeeringRequest:
         return replace(self.chart, options=options)
 
     def pairs(self) -> Pairs:
-        """The loci without the coupling and with that of the beam, in a view that is the same for
-        all couplings. Raises the errors of `loci`."""
+        """The loci without the coupling and with that of the beam. Raises the errors of `loci`."""
+        return self.series([0.0, self.coupling] if self.couples else [0.0])
+
+    def opening(self, steps: int) -> Pairs:
+        """The loci without the coupling, and with more of it in equal steps until the whole, or
+        that of a beam that has more. Raises the errors of `loci`."""
+        most = max(self.coupling, self.whole, key=abs) if self.couples else 0.0
+        return self.series(np.linspace(0.0, most, steps + 1).tolist())
+
+    def series(self, couplings: list[float]) -> Pairs:
+        """The loci with each coupling, in a view that is the same for all couplings."""
         chart, at = self.chart, self.event.at
         reach = REACH * (chart.stop - chart.start)
         low, high = max(at - reach, chart.start), min(at + reach, chart.stop)
         wide = np.linspace(low, high, POINTS)
-        shown = [0.0, self.coupling] if self.couples else [0.0]
         found = {
             coupling: self.loci(wide, coupling)
-            for coupling in {*shown, *([self.whole] if self.couples else [])}
+            for coupling in {*couplings, *([self.whole] if self.couples else [])}
         }
         events = {coupling: same_event(one, self.event, reach) for coupling, one in found.items()}
         centre, half = self.view(events)
         own = [
             event.at + (BESIDE * half if event.kind == "crossing" else 0)
-            for coupling in shown
+            for coupling in couplings
             if (event := events[coupling])
         ]
         near = np.linspace(max(centre - half, low), min(centre + half, high), POINTS)
         values = np.union1d(near, own)
         return tuple(
             loci_pair(at_values(found[one], values), events[one], self.event, centre, one)
-            for one in shown
+            for one in couplings
         )
 
     def loci(self, values: np.ndarray, coupling: float) -> Loci:
@@ -225,3 +236,50 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
     shares = solution.in_plane_fraction
     in_plane = 1.0 if shares is None else float(shares[mode])
     return ModeShape(parts, fraction, name, in_plane, mode)
+
+
+# In words
+
+
+def ends_of(pairs: Pairs) -> tuple[float, float]:
+    """The ends of the frequency axis, which a gap in the middle hardly changes."""
+    frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
+    low, high = np.nanmin(frequency), np.nanmax(frequency)
+    margin = 0.06 * (high - low)
+    return float(low - margin), float(high + margin)
+
+
+def outcome(pair: LociPair, request: VeeringRequest) -> str:
+    """The kind of the event, its position and the gap, in words."""
+    along, across = request.chart.measures
+    if pair.event is None:
+        return "the gap is too large for a veering."
+    at = f"at {along.place(pair.at)}"
+    if pair.event.kind == "crossing":
+        return f"they cross {at}, uncoupled (gap 0)."
+    gap = f"{across.gap(pair.event.gap)} {across.unit}".strip()
+    first, _, last = pair.shapes[0]
+    change = first.change(last)
+    exchange = "they exchange part of their shapes"
+    if not change >= KEPT:  # or nan
+        exchange = "each keeps its family"
+    elif change > EXCHANGED:
+        exchange = "they exchange their shapes"
+    return f"they veer {at} (gap {gap}); {exchange}."
+
+
+def coupling_text(coupling: float, request: VeeringRequest) -> str:
+    """A coupling in words."""
+    if request.kind == "pitch":
+        return f"pitch {significant(coupling, 4)}°"
+    if not coupling:
+        return "without Coriolis forces"
+    return "with Coriolis forces" if coupling == 1 else f"{100 * coupling:.3g} % of Coriolis"
+
+
+def parts_of(shape: ModeShape, request: VeeringRequest) -> dict[str, float]:
+    """The shares of a mode, by style: of its kinetic energy in flap and lag where these meet, else
+    of its strain energy in bending and stretching."""
+    if request.kind == "pitch":
+        return {"flap": 1 - shape.in_plane_fraction, "lag": shape.in_plane_fraction}
+    return {BENDING: shape.bending_fraction, STRETCHING: 1 - shape.bending_fraction}

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.drawing.forces import MotionForces
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import times
 from beamviz.units import Units
@@ -20,6 +21,10 @@ class PlayedShapes(Protocol):
 
     sampled: SampledModes
     amplitudes: np.ndarray  # (m,)
+
+    @property
+    def forces(self) -> MotionForces | None:
+        """The forces on the beam; None where they are not known."""
 
     @property
     def until(self) -> float:
@@ -40,6 +45,7 @@ class HeldShapes:
     stations x (n,)."""
 
     until = 0.0
+    forces = None
 
     def __init__(self, beam: Beam, x: np.ndarray, positions: np.ndarray):
         self.beam = beam

@@ -6,6 +6,7 @@ wakes its visitor, and the next round shows it.
 
 import asyncio
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import replace
@@ -15,8 +16,10 @@ from viser import ClientHandle, ViserServer
 from beamviz.errors import InvalidInput
 from beamviz.explorer.feature import Feature, first_state
 from beamviz.explorer.jobs import LATE, Workers
+from beamviz.explorer.presenter import Votes
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -44,22 +47,30 @@ class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
-    ones; later: ids of those who were woken by their own frame: what that has changed is shown by
-    the next one, not by one in between; presenter: the session that was opened last with the
-    presenter's key, None without one; postpones: the last round that showed edits took longer than
-    a frame may, so charts wait until the beam rests.
+    ones; begin: what their first state becomes; later: ids of those who were woken by their own
+    frame: what that has changed is shown by the next one, not by one in between; presenter: the
+    session that was opened last with the presenter's key, None without one; votes: of the lecture;
+    postpones: the last round that showed edits took longer than a frame may, so charts wait until
+    the beam rests.
     """
 
     def __init__(
-        self, server: ViserServer, scene: Scene, access: Access, features: tuple[type[Feature], ...]
+        self,
+        server: ViserServer,
+        scene: Scene,
+        access: Access,
+        features: tuple[type[Feature], ...],
+        begin: Callable[[State], State],
     ):
         self.server, self.opening, self.access, self.features = server, scene, access, features
+        self.begin = begin
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
         for kind in features:  # before the first session
             self.opener.submit(kind.prepare)
         self.presenter: Session | None = None
+        self.votes = Votes(self.wake_presenter)
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
         self.later: set[int] = set()
@@ -87,6 +98,7 @@ class FrameLoop:
         if self.opening is not opening:  # shown while the session was built
             session.visitor.open(self.opening)
         self.presenter = session if presents else self.presenter
+        self.count_audience()
         if self.stopped or client_id not in self.server.get_clients():
             self.leave(client_id)  # who has left while the session was built
         session.visitor.wake()
@@ -94,9 +106,11 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(first_state(self.first_scene(), self.features), following=follows)
+        state = self.begin(first_state(self.first_scene(), self.features))
+        state = replace(state, following=follows)
         presenter = self.presented if follows else None
-        visitor = Visitor(client, state, self.workers, self.resume, presenter, presents)
+        led = presenter, presents, self.votes
+        visitor = Visitor(client, state, self.workers, self.resume, *led)
         return Session(visitor, self.features)
 
     def first_scene(self) -> Scene:
@@ -133,10 +147,22 @@ class FrameLoop:
         if session := self.sessions.pop(client_id, None):
             session.close()
             self.last = session if self.access.framed else None
+            self.count_audience()
             if session is self.presenter:
                 others = [other for other in self.sessions.values() if other.visitor.presents]
                 self.presenter = others[-1] if others else None
                 self.wake_followers()
+
+    def count_audience(self) -> None:
+        """Count the visitors who do not present, for the presenter."""
+        sessions = list(self.sessions.values())
+        self.votes.present = sum(not session.visitor.presents for session in sessions)
+        self.wake_presenter()
+
+    def wake_presenter(self) -> None:
+        """Draw for the presenter, if there is one."""
+        if self.presenter:
+            self.presenter.visitor.wake()
 
     def wake_followers(self) -> None:
         """Draw for the visitors who follow the presenter."""

@@ -8,26 +8,28 @@ import math
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.beam import NUMBERS
-from beamviz.checks import check_float
+from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.declarations import Choice
 from beamviz.explorer.feature import Feature, first_tab, tabs, usual_state
 from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.lessons import LessonState, begun, check_guess, outside
+from beamviz.explorer.features.lessons import Lessons, LessonState, begun, check_guess, outside
+from beamviz.explorer.features.own_lessons import OwnLessonState, begun_lesson
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
 from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, Case, History, State
-from beamviz.explorer.visitor import Visitor
-from beamviz.input_files import check_keys
+from beamviz.explorer.visitor import LinkFormat, Visitor
+from beamviz.input_files import check_keys, errors_of_file
 from beamviz.lessons import lesson
+from beamviz.lessons.lesson_file import LESSON_KEY, STEP_KEY, OwnLesson, unpacked
 from beamviz.scene import KEYS as SCENE_KEYS
 from beamviz.scene import (
     MAX_LINK,
@@ -169,7 +171,12 @@ def listed(errors: Iterable[InvalidInput]) -> str:
 
 
 def described(keys: dict[str, Any]) -> Link:
-    """The link of these keys and values. Raises InvalidInput."""
+    """The link of these keys and values; one of no more than a step of an own lesson has the scene
+    and the choices of that. Raises InvalidInput."""
+    if keys.keys() == {LESSON_KEY, STEP_KEY}:
+        steps = unpacked(keys[LESSON_KEY]).steps
+        first = check_int(STEP_KEY, keys[STEP_KEY], 1, len(steps)) - 1
+        keys = parse_query(steps[first].link) | keys
     choices = linked_choices()
     others = (*choices, *DIFFERENCES)
     names = (*SCENE_KEYS, *SI_KEYS, *others)
@@ -184,10 +191,38 @@ def described(keys: dict[str, Any]) -> Link:
         check_choice("tab", values["tab"], tuple(tabs(PAGE)))
     if "guess" in values:
         check_guess(values["guess"], values.get("lesson", ""))
+    check_own_lesson(values)
     values |= {key: check(keys[key]) for key, check in DIFFERENCES.items() if key in keys}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
     scene = Scene.from_query({key: keys[key] for key in keys if key not in others}, base)
     return Link(within_limits(scene), values)
+
+
+def check_own_lesson(values: dict[str, Any]) -> None:
+    """Check the scenes of an own lesson, and which step is open, by the choices of a link. Raises
+    InvalidInput."""
+    lesson = values.get("own_lesson", OwnLesson())
+    steps = lesson.steps
+    if wrong := wrong_scene(lesson):
+        raise InvalidInput(wrong)
+    if (shown := values.get("own_step")) is None:
+        return
+    if not steps or values.get("lesson"):
+        lack = "there is another lesson" if steps else f"there is no {LESSON_KEY}"
+        raise InvalidInput(f"{STEP_KEY} = {shown + 1}: {lack}")
+    check_int(STEP_KEY, shown + 1, 1, len(steps))
+
+
+@lru_cache(16)
+def wrong_scene(lesson: OwnLesson) -> str:
+    """The error of the first scene of a lesson that is not valid; "" where all are."""
+    try:
+        for k, step in enumerate(lesson.steps, 1):
+            with errors_of_file(f"{LESSON_KEY}, step {k}"):
+                described(parse_query(step.link))
+    except InvalidInput as error:
+        return str(error)
+    return ""
 
 
 def usual(state: State, scene: Scene, name: str) -> State:
@@ -204,7 +239,7 @@ def usual(state: State, scene: Scene, name: str) -> State:
 
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     """The state that a link describes by its scene, other choices and differences of cases."""
-    name = values.get("lesson", "")
+    name, before = values.get("lesson", ""), state
     if not name:
         scene = scene.changed(**{name: getattr(state.view, name) for name in LASTING})
     state = usual(state, scene, name)
@@ -218,7 +253,27 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
     if BEFORE in values:
         state = replace(state, kept=changed_case(state.case, values[BEFORE]))
-    return state
+    if values.get("own_step") is None:
+        return state
+    home = read_scene(before, values["own_lesson"].steps[values["own_step"]].link)
+    state = replace(state, opened=home.opened, opened_slices=home.opened_slices)
+    return state.with_values(LessonState, before_lesson=outside(before))
+
+
+def opened_lesson(state: State, lesson: OwnLesson, name: str) -> State:
+    """The state in which a page opens on a lesson from a file of this name. Raises InvalidInput."""
+    return begun_lesson(state, lesson, name, read_scene)
+
+
+def read_scene(state: State, query: str) -> State:
+    """The state that the query of a link describes. Raises InvalidInput for any value that is not
+    valid."""
+    link = parse_link(query)
+    if link is None:
+        raise InvalidInput(f"link = {query!r}: has no scene; copy the address of a page")
+    if link.refused or link.scene is None:
+        raise InvalidInput(listed(link.refused))
+    return linked(state, link.scene, link.values)
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -233,6 +288,7 @@ class Links(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        visitor.links = LinkFormat(scene_query, read_scene)
         visitor.page.on("link", self.open, str, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
@@ -289,6 +345,21 @@ def query_of(state: State, first: State) -> str:
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
+    return joined_query(state, scene, pairs)
+
+
+def scene_query(state: State) -> str:
+    """The query of a link to the scene of a state, with the choices about it, outside of lessons.
+    Raises InvalidInput where it is too long."""
+    state = state.with_slice(LessonState()).with_slice(OwnLessonState())
+    is_shown = state.tab != Lessons.tab.key
+    state = state if is_shown else replace(state, tab=first_tab(PAGE))
+    scene = replace(state, case=state.case.nearest).to_scene()
+    return joined_query(state, scene, extra_pairs(state))
+
+
+def joined_query(state: State, scene: Scene, pairs: dict[str, Any]) -> str:
+    """The query of a link to a state by its scene, and the keys and values of all else."""
     name = state.slice(LessonState).lesson
     base = lesson(name).scene if name else Scene()
     of_scene = scene.to_query(base, without=LASTING)
@@ -298,7 +369,9 @@ def query_of(state: State, first: State) -> str:
             if choice.key and choice.key.is_long:
                 pairs.pop(key, None)
         found = "&".join(filter(None, (urlencode(pairs), of_scene)))
-    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not the first one
+    if not of_scene and pairs.keys() <= {LESSON_KEY, STEP_KEY}:  # alone these have another scene
+        found = "&".join(filter(None, (found, f"gamma={scene.beam.gamma!r}")))
+    return found
 
 
 @cache

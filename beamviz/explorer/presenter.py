@@ -8,10 +8,14 @@ visitor's own.
   a file that is written, go on; they can be cancelled, not those of the presenter.
 * Clock: that of the presenter.
 
+The other way only votes go: what the visitors have chosen of the answers to a question, for the
+presenter to count.
+
 An edit ends it (`Visitor.change`). Who presents is known to the frame loop.
 """
 
-from collections.abc import Collection
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from operator import attrgetter
 from types import MappingProxyType
@@ -19,6 +23,37 @@ from types import MappingProxyType
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.state import State
+
+MOST_VOTERS, MOST_VOTES = 1000, 100  # votes of one voter
+
+
+class Votes:
+    """What the visitors of a lecture have chosen, in memory until the server ends. Who loses the
+    connection, as a phone that is locked, and comes back is the same voter.
+
+    changed: called after each vote; present: the number of visitors there, besides presenters.
+    """
+
+    def __init__(self, changed: Callable[[], None] = lambda: None):
+        self.changed, self.present = changed, 0
+        self.of_voters: dict[str, dict[str, int]] = {}  # by voter and question
+
+    def cast(self, voter: str, question: str, answer: int) -> None:
+        """Take the answer (from 0) of a voter to a question, in place of an earlier one."""
+        if len(self.of_voters) < MOST_VOTERS or voter in self.of_voters:
+            own = self.of_voters.setdefault(voter, {})
+            if len(own) < MOST_VOTES or question in own:
+                own[question] = answer
+                self.changed()
+
+    @property
+    def counts(self) -> Mapping[str, Counter[int]]:
+        """How many have chosen each answer, by question."""
+        counted = defaultdict[str, Counter[int]](Counter)
+        for own in self.of_voters.values():
+            for question, answer in own.items():
+                counted[question][answer] += 1
+        return MappingProxyType(counted)
 
 
 def led_state(own: State, led: State) -> State:

@@ -166,9 +166,6 @@ class Session:
         page = self.visitor.page
         for feature in self.features:
             page.show(feature.content(snapshot))
-        captions: list[dict[str, Any]] = [caption.data for caption in self.view.captions]
-        captions += [hint.data | {"hint": True} for hint in self.view.hints if hint.text]
-        page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs; where that is postponed, let them
@@ -204,6 +201,9 @@ class Session:
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
+        captions: list[dict[str, Any]] = [caption.data for caption in self.view.captions]
+        captions += [hint.data | {"hint": True} for hint in self.view.hints if hint.text]
+        self.visitor.page.show({("captions",): captions})
         for feature in self.features:
             feature.move(snapshot)
 

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, Self
 
@@ -34,6 +34,9 @@ class Inputs:
     undo: bool  # there is a step to undo
     redo: bool
     is_led: bool = False  # all but viewpoint and tab are those of a presenter
+    # Of a presenter: how many visitors have chosen each answer, by question, and are there.
+    votes: Mapping[str, Mapping[int, int]] = field(default_factory=dict)
+    audience: int = 0
 
     @property
     def beam(self) -> Beam | None:
@@ -86,7 +89,7 @@ class Snapshot(Inputs):
     def of(cls, inputs: Inputs, picture: Picture) -> Self:
         """The snapshot of a visitor's inputs, of which the scene shows a picture."""
         return cls(
-            **{field.name: getattr(inputs, field.name) for field in fields(Inputs)}, picture=picture
+            **{entry.name: getattr(inputs, entry.name) for entry in fields(Inputs)}, picture=picture
         )
 
     def lateness(self, *names: str) -> str:

@@ -192,6 +192,14 @@ class Slice:
         """After a reset; opened: as it was when the scene was opened."""
         return self
 
+    def saved(self, scene: Scene) -> Scene:
+        """A scene with what its file keeps of this part."""
+        return scene
+
+    def loaded(self, scene: Scene) -> Self:
+        """After another scene is loaded, with what its file keeps of this part."""
+        return self
+
     def settled(self, before: "State", state: "State") -> "State":
         """A state of which this is a part, after an edit of a choice of any record; before: the
         state before the edit."""
@@ -352,7 +360,9 @@ class State:
             stacked=stacked,
             kept=kept,
         )
-        return state.changed("over", scene.over).with_mass_kept()
+        state = state.changed("over", scene.over).with_mass_kept()
+        slices = {kind: record.loaded(scene) for kind, record in state.slices.items()}
+        return replace(state, slices=slices)
 
     def at_home(self, scene: Scene) -> "State":
         """With this as the state to which a reset returns; scene: its scene."""
@@ -409,7 +419,10 @@ class State:
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
         options = {name: self.case.options[name] for name in LINKED["model"]}
-        return Scene(self.case.beam, options, self.view, self.viewpoint, self.over, self.per_rev)
+        scene = Scene(self.case.beam, options, self.view, self.viewpoint, self.over, self.per_rev)
+        for record in self.slices.values():
+            scene = record.saved(scene)
+        return scene
 
     @property
     def values(self) -> dict[str, Any]:

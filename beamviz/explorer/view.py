@@ -158,7 +158,8 @@ def with_film(
             end = f": diverged at {time_text(film.diverged, beam.units)}"
         title = f"{UNSTIFFENED}{end}"
         second = drawn(film.second.sampled, film.second.amplitudes, beam, view, scale, title)
-    shown = drawn(film.shapes.sampled, film.shapes.amplitudes, beam, view, scale)
+    forces = film.shapes.forces if view.forces else None
+    shown = drawn(film.shapes.sampled, film.shapes.amplitudes, beam, view, scale, forces=forces)
     return replace(picture, drawn=shown, force=None, second=second, film=film)
 
 
@@ -206,7 +207,9 @@ class SceneView:
             self.scene.choose_frame(change.rotating_share)
         if film := picture.film:
             second = film.second.phases(clock.moment) if film.second else None
-            self.scene.move(film.shapes.phases(clock.moment), angle, second)
+            source = picture.drawn.forces_of_motion
+            forces = source.at(clock.moment) if source else None
+            self.scene.move(film.shapes.phases(clock.moment), angle, second, forces)
             self.scene.tell_speed(film.shapes.gamma(clock.moment))
             return
         phases = clock.drawn_phases(picture.modes)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import partial
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from viser import ClientHandle
 
@@ -24,7 +24,7 @@ from beamviz.explorer.clock import Clock
 from beamviz.explorer.declarations import Choice, Tab
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
-from beamviz.explorer.presenter import led_clock, led_inputs, led_state
+from beamviz.explorer.presenter import Votes, led_clock, led_inputs, led_state
 from beamviz.explorer.second_beam import comparison_case, second_of
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
@@ -47,6 +47,14 @@ VIEW_TYPES = {key: type(getattr(ViewOptions, key)) for key in VIEW_KEYS if key !
 MODEL_TYPES: dict[str, type] = {**dict.fromkeys(CHOICES, str), **dict.fromkeys(TERMS, bool)}
 
 
+class LinkFormat(NamedTuple):
+    """How a scene, with the other choices about it, is written as the query of a link, without any
+    lesson, and the state that a query describes, from a present one; it raises InvalidInput."""
+
+    write: Callable[[State], str]
+    read: Callable[[State, str], State]
+
+
 class Visitor:
     """A visitor's session without its pictures.
 
@@ -54,10 +62,13 @@ class Visitor:
     opened; state: all their choices, replaced by each edit; outdated: something has changed since
     the last snapshot; schedule: tells the frame loop so; presenter: returns the presenter's last
     snapshot, None while there is none; may_follow, presents: another visitor, or this one, may
-    present; solver: the job that solves the case of the state; own_jobs: names of those that
-    the visitor begins; shown: the status of each job in the last snapshot; clock: of the scene;
-    controls: what those of each key show; tabs: of the page, by key.
+    present; votes: those of the lecture; solver: the job that solves the case of the state;
+    own_jobs: names of those that the visitor begins; shown: the status of each job in the last
+    snapshot; clock: of the scene; controls: what those of each key show; tabs: of the page, by key;
+    links: writes and reads the links of the page.
     """
+
+    links: LinkFormat  # of the feature that has the address
 
     def __init__(
         self,
@@ -67,11 +78,13 @@ class Visitor:
         schedule: Callback,
         presenter: Callable[[], Snapshot | None] | None = None,
         presents: bool = False,
+        votes: Votes | None = None,
     ):
         self.client, self.page = client, Page(client, self.wake)
         self.outdated, self.schedule = True, schedule
         self.presenter = presenter or (lambda: None)
         self.may_follow, self.presents = presenter is not None, presents
+        self.votes = votes or Votes()
         self.first = self.state = state
         self.history, self.clock = History(), Clock()
         self.workers = workers
@@ -192,6 +205,8 @@ class Visitor:
                 scale=self.camera.scale,
                 undo=bool(self.history.past),
                 redo=bool(self.history.future),
+                votes=self.votes.counts if self.presents else {},
+                audience=self.votes.present,
             )
 
     # Controls

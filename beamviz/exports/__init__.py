@@ -111,6 +111,7 @@ def animate(
                 f"the film has {count} frames: must be at most {MAX_FRAMES}; ask for fewer"
                 " periods, a lower fps or a higher pace"
             )
+        solved.follow(loop)
         renderer = Renderer(solved, *size)
         frames, sample = (
             rendered(renderer, (loop.moment(k / count) for k in numbers), workers)

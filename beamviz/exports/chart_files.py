@@ -15,7 +15,7 @@ from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.output.loci import heading, loci_csv, loci_notes, si_values
 from beamviz.plotting import SUFFIXES, figure_bytes
-from beamviz.plotting.loci import Names, draw_chart
+from beamviz.plotting.loci import Names, draw_chart, has_points
 from beamviz.scene import Scene
 from beamviz.version import __version__
 
@@ -52,8 +52,8 @@ class SceneLoci(NamedTuple):
 
 def export_chart(path: str | Path, scene: Scene) -> None:
     """Write the frequency chart of a scene, over its parameter `over` and with its per-rev lines:
-    .png, .svg or .pdf, a picture with a line at the beam; .csv, its numbers, below lines that begin
-    with # and state beam, model, events and limits.
+    .png, .svg or .pdf, a picture with a line at the beam and its measured frequencies; .csv, its
+    numbers, below lines that begin with # and state beam, model, events and limits.
 
     Raises InvalidInput, Unavailable, and the errors of `loci`; the file is complete or untouched.
     """
@@ -66,7 +66,10 @@ def export_chart(path: str | Path, scene: Scene) -> None:
         per_rev = scene.per_rev if scene.over == "gamma" else ()
         marker = getattr(scene.beam, scene.over)
         second = computed.second, computed.title
-        figure = draw_chart(computed.first, per_rev, marker, *second, computed.names)
+        measured = scene.measured if has_points(computed.first, scene.measured) else None
+        figure = draw_chart(
+            computed.first, per_rev, marker, *second, names=computed.names, measured=measured
+        )
         file.write_bytes(figure_bytes(figure, suffix[1:]))
 
 

@@ -14,10 +14,11 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.comparison import SPACING
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.drawing.surroundings import hub_body, hub_radius
+from beamviz.drawing.tip_path import tip_points
 from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
 from beamviz.version import __version__
 
-FLOAT, UNSIGNED = 5126, 5125
+FLOAT, UNSIGNED, LINE_STRIP = 5126, 5125, 3
 KEYS = 24  # of the animation, for each cycle of its fastest motion
 Z_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # glTF has y up
 Channel = tuple[int, str, np.ndarray]  # of an animation: node, its property, and the values
@@ -85,6 +86,17 @@ class Gltf:
         mesh = self.add("meshes", name=name, primitives=[primitive])
         return self.add("nodes", name=name, mesh=mesh, **values)
 
+    def line(self, name: str, points: np.ndarray, colour: colours.RGB) -> int:
+        """A node with a line through points (n, 3)."""
+        matt = {"baseColorFactor": [*colours.linear(colour).tolist(), 1.0], "metallicFactor": 0.0}
+        primitive = {
+            "mode": LINE_STRIP,
+            "attributes": {"POSITION": self.array(points)},
+            "material": self.add("materials", name=name, pbrMetallicRoughness=matt),
+        }
+        mesh = self.add("meshes", name=name, primitives=[primitive])
+        return self.add("nodes", name=name, mesh=mesh)
+
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and bodies, and those of a second beam, in metres for a beam in SI, else in lengths
@@ -147,6 +159,10 @@ def add_all(
         for part in drawn.joint.nodes:
             name = prefix + part.name.rpartition("/")[2]
             nodes.append(gltf.node(name, part.vertices, part.faces, part.color))
+    if drawn.tip_path.is_shown:
+        points = tip_points(drawn.shapes, phases, drawn.drawn.amplitudes)
+        colour = colours.BEFORE if drawn.overlay else colours.TIP_PATH
+        nodes.append(gltf.line(f"{prefix}tip's path", points, colour))
     if drawn.bodies.shown:
         body_channels = add_bodies(gltf, drawn, phases, f"{prefix}mass")
         nodes += dict.fromkeys(node for node, *_ in body_channels)

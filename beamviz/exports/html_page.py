@@ -4,6 +4,7 @@ import math
 import zlib
 from base64 import b64encode
 from collections.abc import Collection, Iterable
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,6 +42,7 @@ from beamviz.drawing.text import (
     stability_warning,
     strength_text,
 )
+from beamviz.drawing.tip_path import MOST, PERIODS, SAMPLES
 from beamviz.errors import BeamvizError
 from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
@@ -93,6 +95,8 @@ def solution_table(
 def write_html(file: Path, solved: SolvedScene) -> None:
     """viser's self-contained page with offline.js, which moves the beam, and a panel of numbers."""
     view, script = solved.scene.view, ""
+    # Its script moves no arrows.
+    solved.drawn = replace(solved.drawn, view=replace(view, forces=False))
     recorded = RecordedServer()
     fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
     camera.place(recorded.initial_camera, solved.scene.camera or fitted)
@@ -446,6 +450,7 @@ def beam_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
         "ring": RING,
         "ring_colour": row.nodes.colour[0].tolist(),
         "component": component,
+        "path": (PERIODS, MOST, SAMPLES) if row.tip_path.is_shown else None,
     }
 
 

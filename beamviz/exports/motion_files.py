@@ -21,13 +21,14 @@ from beamviz.exports import (
     write_film,
 )
 from beamviz.exports.arrays import structure_record
-from beamviz.exports.motion_scene import MotionScene, beside
+from beamviz.exports.motion_scene import USUAL_VIEW, MotionScene, beside
 from beamviz.exports.renderer import Renderer
 from beamviz.files import check_suffix, replaced
 from beamviz.output.motion import motion_csv, si_columns
 from beamviz.plotting import SUFFIXES as CHARTS
 from beamviz.plotting import save_figure
 from beamviz.plotting.motion import draw_motion
+from beamviz.scene import ViewOptions
 
 SUFFIXES = (".csv", ".npz", ".html", *CHARTS, *FORMATS)
 
@@ -37,14 +38,14 @@ def export_motion(
     motion: Motion,
     progress: Callable[[int], Iterable[int]] = range,
     *,
-    dark: bool = False,
+    view: ViewOptions = USUAL_VIEW,
     unstiffened: LinearMotion | None = None,
 ) -> None:
     """Write a motion as a file of the format its suffix names: .csv, .npz; a chart, .png, .svg or
     .pdf; a film, .gif, .webp or .mp4; .html, one page with film, chart and numbers that needs no
-    network. progress: as in `beamviz.animate`; dark: colours of a film or page; unstiffened: the
-    motion without stiffening, beside it in charts, films and pages. Raises InvalidInput and
-    Unavailable; the file is complete or untouched."""
+    network. progress: as in `beamviz.animate`; view: how a film or page draws the beam, and whether
+    it is dark; unstiffened: the motion without stiffening, beside it in charts, films and pages.
+    Raises InvalidInput and Unavailable; the file is complete or untouched."""
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
@@ -52,12 +53,12 @@ def export_motion(
         figure = draw_motion(*columns, motion.beam.units, second=beside(unstiffened))
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
-        animate_motion(path, motion, progress=progress, dark=dark, unstiffened=unstiffened)
+        animate_motion(path, motion, progress=progress, view=view, unstiffened=unstiffened)
     elif suffix == ".html":
         from beamviz.exports.motion_page import motion_page
 
         with replaced(path) as file:
-            file.write_text(motion_page(motion, unstiffened, dark=dark), encoding="utf-8")
+            file.write_text(motion_page(motion, unstiffened, view), encoding="utf-8")
     else:
         with replaced(path) as file:
             if suffix == ".csv":
@@ -95,7 +96,7 @@ def animate_motion(
     progress: Callable[[int], Iterable[int]] = range,
     workers: int | None = None,
     *,
-    dark: bool = False,
+    view: ViewOptions = USUAL_VIEW,
     unstiffened: LinearMotion | None = None,
 ) -> None:
     """Write a motion as a film, in the rotating frame; options as in `beamviz.animate`, and as in
@@ -105,7 +106,7 @@ def animate_motion(
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     workers = None if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     with replaced(path) as file:
-        scene = MotionScene(motion, unstiffened, dark=dark)
+        scene = MotionScene(motion, unstiffened, view)
         count = max(round(scene.seconds * fps), 2)
         renderer = Renderer(scene, *size)
         frames, sample = (

@@ -24,10 +24,11 @@ from beamviz.exports.html_page import (
     player,
     steps,
 )
-from beamviz.exports.motion_scene import MotionScene, beside
+from beamviz.exports.motion_scene import USUAL_VIEW, MotionScene, beside
 from beamviz.exports.offline_data import OfflineMotion
 from beamviz.plotting import STYLE, axis_of
 from beamviz.plotting.motion import draw_motion, scales_of
+from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
 from beamviz.tables import html_table, significant_decimals
 
@@ -36,18 +37,19 @@ LONGEST = 40.0  # [s] on the screen
 
 
 def motion_page(
-    motion: Motion, unstiffened: LinearMotion | None = None, *, dark: bool = False
+    motion: Motion, unstiffened: LinearMotion | None = None, view: ViewOptions = USUAL_VIEW
 ) -> str:
     """viser's self-contained page with offline_motion.js, which plays the motion, and a panel.
     unstiffened: the motion without stiffening, drawn over it."""
-    scene, recorded = MotionScene(motion, unstiffened, dark=dark), RecordedServer()
+    scene, recorded = MotionScene(motion, unstiffened, view), RecordedServer()
     camera.place(recorded.initial_camera, scene.camera(1.0))
     beams = scene.draw(ViserScene(recorded.scene))
     scene.move(beams, 0.0)
     values = readings(motion, scene.shapes.t)
     data = motion_data(scene, beams, values)
     script = player("motion", data, OfflineMotion, "exports/offline_motion.js")
-    return document(recorded, motion.beam, panel(motion, values, unstiffened), script, dark=dark)
+    inner = panel(motion, values, unstiffened)
+    return document(recorded, motion.beam, inner, script, dark=view.dark)
 
 
 def panel(

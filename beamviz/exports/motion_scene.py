@@ -1,6 +1,7 @@
 """A motion in time as a scene of films and pages."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,20 +14,25 @@ from beamviz.drawing.motion import UNSTIFFENED, MotionShapes, dominant_frequency
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
 from beamviz.dynamics.linear import LinearMotion
-from beamviz.scene import Camera, Scene
+from beamviz.scene import COLOURINGS, Camera, Scene, ViewOptions
 
 SECONDS = 3.0, 20.0  # shortest and longest film
 SAMPLES, MOST_SAMPLES = 40, 4001  # of the shapes, for each T* and in all
+USUAL_VIEW = ViewOptions()
 
 
 class MotionScene:
     """A motion as a scene, in the rotating frame, with that without stiffening over it, if given.
-    rate: time [T*] per second on the screen; seconds: of a film."""
+    view: its other choices; rate: time [T*] per second on the screen; seconds: of a film."""
 
     def __init__(
-        self, motion: Motion, unstiffened: LinearMotion | None = None, *, dark: bool = False
+        self,
+        motion: Motion,
+        unstiffened: LinearMotion | None = None,
+        view: ViewOptions = USUAL_VIEW,
     ):
-        self.motion, self.scene = motion, Scene.of(nodes=False, dark=dark)
+        view = replace(view, colouring=COLOURINGS[0], rotating_frame=True)
+        self.motion, self.scene = motion, Scene(view=view)
         count = min(math.ceil(SAMPLES * motion.t[-1]) + 1, MOST_SAMPLES)
         t = np.linspace(0.0, motion.t[-1], max(count, len(motion.t)))
         self.shapes = MotionShapes(motion, t)
@@ -42,7 +48,9 @@ class MotionScene:
     def drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam:
         """The beam, at `scale` [pixels per beam length]."""
         beam, shapes = self.beam(with_mass=with_mass), self.shapes
-        return drawn(shapes.sampled, shapes.amplitudes, beam, self.scene.view, scale)
+        forces = shapes.forces if self.scene.view.forces else None
+        look = self.scene.view, scale
+        return drawn(shapes.sampled, shapes.amplitudes, beam, *look, forces=forces)
 
     def second_drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam | None:
         """That without stiffening; None without one."""
@@ -81,7 +89,9 @@ class MotionScene:
             self.show(beams, drawn.scale, with_mass=with_mass)
         beams.tell_speed(self.shapes.gamma(moment))
         others = self.second.phases(moment) if self.second else None
-        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others)
+        source = beams.view(0).drawn.forces_of_motion
+        forces = source.at(moment) if source else None
+        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others, forces)
 
 
 def beside(unstiffened: LinearMotion | None) -> tuple[NDArray, NDArray, str] | None:

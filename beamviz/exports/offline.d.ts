@@ -47,6 +47,7 @@ interface VibratingBeam {
   ring: [number, number];
   ring_colour: Array<number>;
   component: number;
+  path: [number, number, number] | null;
 }
 
 interface MovedBeam {

@@ -32,7 +32,34 @@
       for (let i = 0; i < size; i++) moved[i] += s * real[i] + c * imaginary[i];
     });
     offline.draw(data, beam, field(0), moved, field(1));
+    if (beam.path) drawPath(beam, field, beam.path);
     offline.turn(data, beam, angle);
+  }
+
+  /**
+   * Draws the path of the tip up to the present phases, as drawing/tip_path.py does.
+   * @param {VibratingBeam} beam
+   * @param {(number: number) => number[]} field
+   * @param {[number, number, number]} limits
+   */
+  function drawPath({ root, modes }, field, [periods, most, samples]) {
+    const rates = modes.map((mode) => data.frequencies[mode][k]), moving = rates.filter((rate) => rate > 0);
+    if (!moving.length) return;
+    const slowest = 2 * Math.PI / Math.min(...moving), fastest = 2 * Math.PI / Math.max(...moving);
+    const span = moving.length > 1 ? Math.min(periods * slowest, most * fastest) : slowest;
+    const [still, ...parts] = Array.from({ length: 1 + 2 * modes.length }, (_, n) => field(n).slice(-4, -1));
+    const count = Math.ceil(samples * span / fastest - 1e-9);
+    const points = Array.from({ length: count + 1 }, (_, i) => {
+      const at = [...still];
+      modes.forEach((mode, m) => {
+        const phase = phases[mode] - rates[m] * span * (1 - i / count);
+        const s = Math.sin(phase), c = Math.cos(phase);
+        for (let j = 0; j < 3; j++) at[j] += s * parts[2 * m][j] + c * parts[2 * m + 1][j];
+      });
+      return at;
+    });
+    const ends = points.slice(1).flatMap((point, i) => [...points[i], ...point]);
+    update(`${root}/rotor/tip_path`, [{ points: ends }]);
   }
 
   /** @param {number} seconds */

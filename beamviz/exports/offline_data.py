@@ -64,6 +64,8 @@ class VibratingBeam(OfflineBeam):
     ring: tuple[float, float]
     ring_colour: list[int]
     component: int  # of the displacement whose zeros are nodes
+    # PERIODS, MOST and SAMPLES of drawing/tip_path.py, where the path of the tip is drawn.
+    path: tuple[int, int, int] | None
 
 
 class MovedBeam(OfflineBeam):

@@ -121,6 +121,13 @@ class SolvedScene:
         beams.show(replace(self.drawn, scale=scale), second, stacked=stacked)
         return beams
 
+    def follow(self, loop: "Loop") -> None:
+        """Draw the path of the tip in a film, whose rates are not quite the frequencies."""
+        self.drawn = replace(self.drawn, rates=loop.phases)
+        if self.pair:
+            second = replace(self.pair.second, rates=loop.other_phases)
+            self.pair = self.pair._replace(second=second)
+
     def move(self, beams: BeamScene, moment: Moment) -> None:
         """Move the beams drawn to a moment."""
         beams.move(*moment)

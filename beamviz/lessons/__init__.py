@@ -75,7 +75,8 @@ LESSONS = (
         ),
         right=1,
         scene=Scene.of(alpha=1, beta=1, mode=1, over="beta"),
-        do="Drag **position β** from 1, the tip, down to 0, the hub.",
+        do="Take the mass in the scene and slide it from the tip to the hub, or drag **position β**"
+        " from 1 to 0.",
         see="The frequency of B1: most of the change happens in the outer half.",
         meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
         " the hub there is hardly any motion, and the mass has hardly any effect. What counts is"
@@ -97,7 +98,8 @@ LESSONS = (
         guesses=("No, a mass always slows the beam.", "Yes, there is such a place."),
         right=1,
         scene=Scene.of(alpha=1, beta=0.5, mode=2, over="beta"),
-        do="The picture shows B2. Drag **position β**, then **mass α**, and watch its ω.",
+        do="The picture shows B2. Slide the mass along the beam, or drag **position β**, then drag"
+        " **mass α**, and watch ω of B2.",
         see="The pink ring: there the beam does not move. With the mass at the ring, making it"
         " heavier no longer changes B2.",
         meaning="In each mode, some places of the beam do not move at all, the *vibration nodes*. A"
@@ -212,9 +214,9 @@ LESSONS = (
         right=1,
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
         do="**Coriolis** is on now. In **Frequencies**, click the dot where S1 and B3 come closest,"
-        " then open **Veering**.",
-        see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
-        " the other way round.",
+        " then open **Veering** and drag Coriolis to 0 % and back to 100 %.",
+        see="Magnified, the lines bend away before they touch: the gap opens with the force."
+        " Stretching continues as bending, and the other way round.",
         meaning="A particle that moves along a rotating beam is pushed across it, as on a"
         " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
         " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
@@ -237,10 +239,10 @@ LESSONS = (
             "They no longer meet.",
         ),
         right=2,
-        scene=Scene.of(flap=0.25, gamma=3, plane="both", mode=1),
+        scene=Scene.of(flap=0.25, gamma=3, plane="both", mode=1, tip_path=True),
         do="In **Frequencies**, F1 crosses L1 near γ = 3. Drag **pitch θ** slowly from 0 to 20.",
         see="The gap between modes 1 and 2 opens as you drag. Each of the two now moves up and"
-        " down and side to side at once.",
+        " down and side to side at once, along the orange path of its tip.",
         meaning="Without a pitch the two planes are independent, and two independent frequencies"
         " may be equal. A pitched section bends most easily along a slanted line, so flap and lag"
         " share a stiffness: they are coupled, and coupled modes do not cross. It is a *veering*"
@@ -265,10 +267,10 @@ LESSONS = (
             "Both at once, in every mode.",
         ),
         right=1,
-        scene=Scene.of(flap=1 / 16, plane="both", mode=2),
+        scene=Scene.of(flap=1 / 16, plane="both", mode=2, tip_path=True),
         do="Drag **twist φ** from 0 up to 60 and look at modes 1 to 3.",
-        see="The tip moves along a slanted line. Mode 1 stays mostly up and down; mode 3 takes more"
-        " and more of the motion side to side.",
+        see="The tip moves along a slanted line, drawn in orange. Mode 1 stays mostly up and down;"
+        " mode 3 takes more and more of the motion side to side.",
         meaning="Every section bends most easily across its flat side, and that direction turns"
         " along a twisted beam. No mode can keep to one plane: bending is *coupled*, at rest and"
         " without any force. The share of its kinetic energy in each plane says which of the two a"

@@ -102,7 +102,7 @@ class CubicState:
     """A state of the elements: unknowns q, their velocities v and accelerations a (..., size)."""
 
     def __init__(self, beam: CubicBeam, q: NDArray, v: NDArray, a: NDArray, loading: Loading):
-        self.beam, self.q, self.loading = beam, q, loading
+        self.beam, self.q, self.v, self.loading = beam, q, v, loading
         N = beam.N.T
         self.R, self.velocities = q @ N + beam.beam.delta, v @ N  # (..., m) of the masses
         self.p = beam.mass * loading.inertia(self.R, self.velocities, a @ N)
@@ -116,6 +116,10 @@ class CubicState:
     def positions(self, x: ArrayLike) -> NDArray:
         """r (..., len(x)) from the clamp at points of the beam."""
         return self.q @ self.beam.rows(x).T
+
+    def velocities_at(self, x: ArrayLike) -> NDArray:
+        """The rate of the position (..., len(x)) at points of the beam."""
+        return self.v @ self.beam.rows(x).T
 
     def stretch(self, x: ArrayLike) -> NDArray:
         """f (..., len(x)) at points of the beam."""

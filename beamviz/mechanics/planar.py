@@ -394,6 +394,10 @@ class MovingState(PlanarState):
         accelerations = self.beam.to_masses(self.slope_rate2)
         return self.beam.mass * self.loading.inertia(self.R, self.velocities, accelerations)
 
+    def velocities_at(self, x: NDArray) -> NDArray:
+        """r' (k, len(x)), the rate of the position, at points of the beam."""
+        return times(self.slope_rate, self.beam.grid.from_clamp(x).T)
+
     @property
     def body_moments(self) -> NDArray:
         turning = self.a[..., self.beam.along :] @ self.beam.turning.T

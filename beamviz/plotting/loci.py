@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from beamviz.adjusting.measured import MeasuredFrequency, measured_frequencies
+from beamviz.adjusting.goals import ClearGoal
 from beamviz.beam import NUMBERS
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import Loci
@@ -20,6 +20,7 @@ from beamviz.frequency_loci.branches import Branch
 from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.events.record import Event
 from beamviz.frequency_loci.limits import Limit
+from beamviz.measured import MeasuredFrequency, measured_frequencies, points_over
 from beamviz.plotting import (
     CENTRED,
     COLOURS,
@@ -58,7 +59,8 @@ ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "b
 ABOVE |= {"color": MUTED, "fontsize": 8}
 MEASURED: dict[str, Any] = {"marker": "D", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 1.1}
 MEASURED |= {"ls": "", "color": INK, "zorder": 7}
-HELD = 1e-6  # distance of a number of a measured frequency from that of the loci
+BAND: dict[str, Any] = {"color": "#C0392B", "alpha": 0.16, "lw": 7, "solid_capstyle": "butt"}
+BAND_FILL: dict[str, Any] = {"color": BAND["color"], "alpha": BAND["alpha"], "lw": 0, "zorder": 1}
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
 START: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "weight": "bold"}
 START |= {"path_effects": HALO, "zorder": 4}
@@ -74,13 +76,15 @@ def draw_chart(
     second_title: str = "",
     names: "Names | None" = None,
     measured: Any = None,
+    clear: ClearGoal | None = None,
 ) -> Figure:
     """The chart: loci in the colours of their families, events, limits, per-rev lines
     omega = k gamma for each k of `per_rev`, an upright line at the value `marker`, and behind them
     in grey the loci of a second beam over the same values; above them the parameters held fixed,
     the model, and the meaning of colours and marks; below them the growth rates where modes grow.
     names: those of the modes, by the labels of the branches, at a value; by default these
-    labels. measured: frequencies to draw as points, a file or table as for `adjust`. Raises
+    labels. measured: frequencies to draw as points, a file or table as for `adjust`. clear: of loci
+    over gamma, per-rev lines to shade with the margin in which no frequency is to be. Raises
     InvalidInput for measured frequencies that have no place in the chart."""
     points = measured_points(loci, measured)
     growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
@@ -93,6 +97,8 @@ def draw_chart(
             chart.draw_second(second)
         chart.annotate(per_rev)
         chart.draw_measured(points)
+        if clear:
+            chart.draw_bands(clear)
         if growing:
             lower = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, GROWTH_SHARE * GROWTH_HEIGHT))
             chart.draw_growth_rates(lower, growing)
@@ -104,6 +110,7 @@ def draw_chart(
         figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
         legend = _legend(chart, per_rev) | ({second_title: SECOND} if second else {})
         legend |= {"measured": MEASURED} if points else {}
+        legend |= {f"to be kept free: {100 * clear.margin:.3g} %": BAND} if clear else {}
         draw_legend(figure, legend, 0.0085, 0.887)
     return figure
 
@@ -118,28 +125,25 @@ def plot_loci(loci: Loci, axes: Axes | None = None, measured: Any = None) -> Axe
 
 
 def measured_points(loci: Loci, measured: Any) -> list[tuple[float, MeasuredFrequency]]:
-    """The measured frequencies at their values of the parameter; where they have none they are at
-    that of the beam. Those at other numbers than the loci belong to another chart. Raises
-    InvalidInput where all of them do."""
+    """The measured frequencies at their values of the parameter, see `points_over`. Raises
+    InvalidInput where none is in the chart."""
     if measured is None:
         return []
-    beam, points = loci.beam, []
-    for row in measured_frequencies(beam, measured):
-        numbers = dict(row.numbers)
-        at = numbers.pop(loci.over, getattr(beam, loci.over))
-        held = (
-            math.isclose(getattr(beam, k), v, rel_tol=HELD, abs_tol=HELD)
-            for k, v in numbers.items()
-        )
-        if all(held):
-            points.append((at, row))
-    inside = [at for at, _ in points if loci.values[0] <= at <= loci.values[-1]]
-    if not inside:
+    points = points_over(loci.beam, loci.over, measured_frequencies(loci.beam, measured))
+    if not any(loci.values[0] <= at <= loci.values[-1] for at, _ in points):
         raise InvalidInput(
             f"measured: no frequency is at the numbers of these loci, {loci.over} ="
             f" {loci.values[0]:g} .. {loci.values[-1]:g}"
         )
     return points
+
+
+def has_points(loci: Loci, measured: Any) -> bool:
+    """Whether some of the measured frequencies are in the chart."""
+    try:
+        return bool(measured_points(loci, measured or None))
+    except InvalidInput:
+        return False
 
 
 Names = Callable[[float], Mapping[str, str]]  # value -> names of modes by labels of branches
@@ -239,6 +243,14 @@ class LociDrawing:
         drawn = self.axes.errorbar(x, y, known, capsize=2.5, elinewidth=1.1, **MEASURED)
         drawn[0].set_gid("measured")
         self.axes.set(xlim=limits[0], ylim=(0, max(limits[1][1], 1.05 * float(y.max()))))
+
+    def draw_bands(self, clear: ClearGoal) -> None:
+        """The bands around per-rev lines in which no frequency is to be."""
+        limits = self.axes.get_xlim(), self.axes.get_ylim()
+        for line in clear.lines:
+            speeds, corners = clear.band(line)
+            self.axes.fill(self.x(speeds), self.y(corners), gid=f"band {line}", **BAND_FILL)
+        self.axes.set(xlim=limits[0], ylim=limits[1])
 
     def draw_second(self, loci: Loci) -> None:
         """The loci of a second beam, behind those of the first."""

@@ -2,11 +2,14 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import pytest
 from helpers import strict
 
 from beamviz import Beam, adjust, solve
+from beamviz.measured import columns_of_file
+from beamviz.scene import Scene
 
 CLEAR = ["adjust", "--alpha", "1", "--free", "beta", "--clear", "1,2", "--between", "1.5:3"]
 
@@ -66,6 +69,24 @@ def test_a_fit(run, measured):
     assert [match["mode"] for match in data["matches"]] == ["B1", "B2"]
     assert data["sensitivities"].keys() == answer.sensitivities.keys()
     assert (data["goal"], data["undetermined"], data["margin"]) == ("measured", [], None)
+
+
+def test_a_fit_of_a_scene_file(run, measured, tmp_path):
+    """With its measured frequencies, its beam and its model, which other options override."""
+    scene, free = tmp_path / "scene.toml", ["--free", "alpha", "--free", "beta=0.3:1"]
+    begun = Scene.of(gamma=2, coriolis=True)
+    scene.write_text(replace(begun, measured=columns_of_file(measured)).to_toml())
+    code, out, err = run("adjust", "--scene", str(scene), *free, "--format", "json")
+    assert (code, err) == (0, "")
+    data = strict(out)
+    answer = adjust(begun.beam, {"alpha": None, "beta": (0.3, 1)}, measured=measured, coriolis=True)
+    assert data["free"] == answer.free
+    plain = run("adjust", "--scene", str(scene), *free, "--no-coriolis", "--format", "json")[1]
+    assert strict(plain)["free"] == pytest.approx({"alpha": 0.8, "beta": 0.63}, rel=1e-5)
+    goal = ["--free", "alpha", "--target", "B1=3"]
+    assert "has target frequencies" in run("adjust", "--scene", str(scene), *goal)[1]
+    code, _, err = run("adjust", "assets/beam.toml", "--scene", str(scene), *goal)
+    assert (code, "exclude each other" in err) == (2, True)
 
 
 def test_what_is_not_determined_is_told(run, tmp_path):

@@ -49,6 +49,8 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     "screenshot a.png --from 0,0,0": "--from|0,0,0|not all 0",
     "screenshot a.jpg": "a.jpg|.png",
     "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes",
+    "screenshot a.png --lesson a.toml": "--lesson a.toml|only `beamviz serve`|beamviz lessons",
+    "serve --lesson none.toml": "none.toml",
     "serve --port 70000": "port = 70000|1 .. 65535",
     "loci --over gamma --start 0 --stop 0": "--start 0 --stop 0",
     "loci --over gamma --start 0 --stop nan": "--stop: gamma = nan|0 .. 200",

@@ -4,6 +4,7 @@ import csv
 import io
 import math
 import re
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib.image import imread
 
 from beamviz import Beam, Units, loci, solve
 from beamviz.plotting.loci import LociDrawing, draw_chart
+from beamviz.scene import Scene
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
 INWARD = (*SWEEP[:6], "8", "--delta", "-1", "--points", "5")
@@ -337,3 +339,26 @@ def test_measured_frequencies_in_the_plot(run, tmp_path):
     assert (code, "--plot" in err) == (2, True)
     code, _, err = run(*line, "--alpha", "2", "--plot", str(chart), *measured)
     assert (code, "no frequency is at the numbers" in err) == (2, True)
+
+
+def test_a_scene_and_bands_in_the_plot(run, tmp_path):
+    """The beam, the model and the measured frequencies are those of the scene, and are left out of
+    a chart that has none of their values; the band of each line is shaded."""
+    scene, chart = tmp_path / "scene.toml", tmp_path / "chart.svg"
+    table = {"gamma": [0, 5], "frequency": [3.4, 4.2]}
+    scene.write_text(replace(Scene.of(alpha=1, coriolis=True), measured=table).to_toml())
+    given, bands = ["--scene", str(scene)], ["--clear", "1,2", "--between", "2:6"]
+    line, plot = [*SWEEP[:6], "8", "--points", "9", "--format", "json"], ["--plot", str(chart)]
+    code, out, err = run(*line, *given, *bands, "--margin", "5%", *plot)
+    assert (code, err) == (0, "")
+    plain = run(*line, "--alpha", "1", "--coriolis")[1]
+    assert strict(out)["branches"] == strict(plain)["branches"]
+    svg = chart.read_text()
+    assert all(f'id="{name}"' in svg for name in ("measured", "band 1", "band 2"))
+    over_alpha = ["loci", "--over", "alpha", "--start", "2", "--stop", "3", "--points", "3", *plot]
+    assert run(*over_alpha, *given)[0] == 0
+    assert 'id="measured"' not in chart.read_text()
+    code, _, err = run(*over_alpha, *bands)
+    assert (code, "--clear needs loci over gamma" in err) == (2, True)
+    code, _, err = run(*line, *bands)
+    assert (code, "--clear 1,2: is drawn in a chart" in err) == (2, True)

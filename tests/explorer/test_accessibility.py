@@ -54,6 +54,16 @@ def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
     shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
 
 
+OWN_LESSON = {  # actions that write one
+    "own.keep": None,
+    "own.say": "A beam.",
+    "own.ask": "Is it stiff?",
+    "own.answer.1": "yes",
+    "own.answer.2": "no",
+    "own.right": 0,
+}
+
+
 def leave_lesson(shown: Page) -> None:
     """Show the first scene again, paused."""
     for action, value in (("lesson", ""), ("reset", None), ("playing", False)):
@@ -213,10 +223,14 @@ def test_letters_and_targets_are_large_enough(shown, size):
     ids=str,
 )
 def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
-    """On the start page, in every tab, in the help, and in two lessons at their first step, whose
-    text is in view, below the scene, though the controls that it names are further down."""
+    """On the start page, in every tab, in the help, in two lessons at their first step, whose text
+    is in view, below the scene, though the controls that it names are further down, and in a lesson
+    of the visitor's own."""
     shown.resize(*size)
     prefer(shown, scheme, "reduce")  # no colour depends on the moment of an animation
+    for action, value in OWN_LESSON.items():
+        shown.send(action, value)
+    shown.wait(f"!!{by_id('own-answer-2')}")
     shown.evaluate(OPEN_ALL)
     for name in tabs(PAGE):
         shown.open_tab(name)
@@ -230,6 +244,11 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
         shown.send("lesson", name)
         shown.wait(f"location.search.includes('lesson={name}') && {LESSON_IN_VIEW}")
         assert violations(shown) == []
+    shown.send("own.go", 0)
+    shown.send("own.answer", 0)
+    shown.wait(f"{by_id('own-step')}?.innerText.includes('Right!')")
+    assert violations(shown, "#lesson") == []
+    shown.send("own.remove")
     leave_lesson(shown)
 
 

@@ -1,9 +1,12 @@
 """The tab Adjust: measured frequencies, targets and per-rev lines move the beam."""
 
+import numpy as np
 import pytest
 from live.visitor import PAPER
 
+from beamviz.adjusting.fit import compared
 from beamviz.explorer.features.adjust import AdjustState
+from beamviz.measured import columns_of_text, measured_frequencies
 from beamviz.solver import solve
 
 GAMMAS = (0.0, 4.0, 8.0)
@@ -31,7 +34,7 @@ def test_a_fit_moves_the_scene_in_one_step_to_undo(guest, session):
     numbers = session.visitor.state.case.numbers
     assert numbers["alpha"] == pytest.approx(0.7, rel=1e-4)
     assert numbers["beta"] == pytest.approx(0.6, rel=1e-4)
-    guest.wait(lambda _: "residuals" in guest.texts["adjust-answer"])
+    guest.wait(lambda _: "residuals" in guest.texts["adjust-matches"])
     assert "±" in guest.texts["adjust-answer"]
     guest.do("undo")
     assert session.visitor.state.case.beam == PAPER
@@ -70,21 +73,93 @@ def test_the_tab_tells_what_moves_the_mode_shown(guest, session):
     guest.wait(lambda _: "adjust-bar" in guest.texts["adjust-effects"])
 
 
+def shown(guest, kind: str) -> list:
+    """The marks of a kind in the chart of the tab Frequencies."""
+    return [mark for mark in guest.charts["loci-chart"].get("marks", []) if mark["kind"] == kind]
+
+
+def lines_of(guest, style: str, chart: str = "loci-chart") -> list:
+    lines = guest.charts.get(chart, {}).get("lines", [])
+    return [line for line in lines if line["runs"][0][2] == style]
+
+
 def test_the_chart_shows_the_measured_points(guest):
-    """At their speeds, with a bar of one standard deviation to both sides; over another number at
-    that of the beam."""
+    """At their speeds, with a bar of one standard deviation to both sides; over another number
+    only those at the speed of the beam."""
     guest.do("adjust.measured", measured(0.7, 0.6, error=0.5))
-
-    def points() -> list:
-        marks = guest.charts["loci-chart"].get("marks", [])
-        return [mark for mark in marks if mark["kind"] == "measured"]
-
-    guest.wait(lambda _: len(points()) == 2 * len(GAMMAS))
-    lines = guest.charts["loci-chart"]["lines"]
-    bars = [line for line in lines if line["runs"][0][2] == "measured"]
-    assert [bar["at"][0] for bar in bars] == [mark["x"] for mark in points()]
+    guest.wait(lambda _: len(shown(guest, "measured")) == 2 * len(GAMMAS))
+    bars = lines_of(guest, "measured")
+    assert [bar["at"][0] for bar in bars] == [mark["x"] for mark in shown(guest, "measured")]
     assert [bar["y"][1] - bar["y"][0] for bar in bars] == pytest.approx([1.0] * len(bars))
     guest.do("over", "alpha")
-    guest.wait(lambda _: {mark["x"] for mark in points()} == {PAPER.alpha})
+    guest.wait(lambda _: not shown(guest, "measured"))
+    guest.do("gamma", GAMMAS[1])
+    guest.wait(lambda _: [mark["x"] for mark in shown(guest, "measured")] == [PAPER.alpha] * 2)
     guest.do("adjust.measured", "frequency\nfast")
-    guest.wait(lambda _: not points())
+    guest.wait(lambda _: not shown(guest, "measured"))
+
+
+def test_the_charts_show_the_bands_to_keep_free(guest, session):
+    """In both tabs, of each line between the two speeds: a locus of the beam lies in them before,
+    and none after."""
+
+    def in_bands(chart: str) -> bool:
+        data = guest.charts[chart]
+        at = np.linspace(3.0, 5.0, 101)
+        loci = [
+            np.interp(at, line.get("at", data["at"]), np.array(line["y"], float))
+            for line in data["lines"]
+            if line["label"]
+        ]
+        (band,) = lines_of(guest, "kept-free", chart)
+        low, high = (np.interp(at, [3, 5], np.array(band["y"])[k]) for k in ([0, 1], [3, 2]))
+        return any(((low < locus) & (locus < high)).any() for locus in loci)
+
+    guest.do("tab", "adjust")
+    guest.do("goal", "clear")
+    guest.do("adjust.between", "3:5")
+    guest.wait(lambda _: lines_of(guest, "kept-free", "adjust-chart"))
+    assert in_bands("adjust-chart")
+    assert in_bands("loci-chart")
+    (band,) = lines_of(guest, "kept-free")
+    assert (band["at"], band["y"]) == ([3, 5, 5, 3, 3], [2.7, 4.5, 5.5, 3.3, 2.7])
+    assert guest.charts["loci-chart"]["perRev"]["multiples"] == [1]
+    guest.do("adjust.run", until=lambda _: outcome_of(session))
+    assert outcome_of(session).reason == ""
+    guest.wait(lambda _: not in_bands("adjust-chart"))
+    guest.do("goal", "measured")
+    guest.wait(lambda _: not lines_of(guest, "kept-free"))
+
+
+def test_each_point_shows_its_mode_which_can_be_changed(guest, session):
+    """The nearest one is the usual; a choice is written into the data, which links carry."""
+
+    def typed() -> str:
+        return session.visitor.state.slice(AdjustState).measured
+
+    guest.do("tab", "adjust")
+    guest.do("adjust.measured", "gamma, frequency, error\n0, 1.6, 0.1\n4, 16, 0.5")
+    guest.wait(lambda _: "auto: B1" in guest.texts["adjust-matches"])
+    assert "auto: B2" in guest.texts["adjust-matches"]
+    guest.do("adjust.match", "1 B3")
+    assert typed().splitlines()[1:] == ["0, 1.6, 0.1,", "4, 16, 0.5, B3"]
+    guest.wait(lambda _: 'value="1 B3" selected' in guest.texts["adjust-matches"])
+    match = compared(PAPER, measured_frequencies(PAPER, columns_of_text(typed())), {}).matches[1]
+    assert match.mode == "B3"
+    guest.wait(lambda _: f"{match.residual:+.2f}" in guest.texts["adjust-matches"])
+    guest.do("adjust.match", "1")
+    guest.wait(lambda _: "auto: B2" in guest.texts["adjust-matches"])
+    guest.do("adjust.match", "7 B1")
+    assert len(typed().splitlines()) == 3
+
+
+def test_a_scene_file_brings_measured_frequencies_back(guest, session):
+    """What has an error is not saved."""
+    guest.do("adjust.measured", measured(0.7, 0.6))
+    scene = session.visitor.scene_to_save()
+    assert len(measured_frequencies(PAPER, scene.measured)) == 2 * len(GAMMAS)
+    guest.do("adjust.measured", "frequency\nfast")
+    assert session.visitor.scene_to_save().measured == {}
+    guest.do("load", f"scene.toml\n{scene.to_toml()}")
+    assert session.visitor.scene_to_save().measured == scene.measured
+    guest.wait(lambda _: len(shown(guest, "measured")) == 2 * len(GAMMAS))

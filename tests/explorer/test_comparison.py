@@ -110,6 +110,11 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
         assert np.allclose(view.bodies.collars.batched_positions, centreline[shapes.mass])
         assert view.surroundings is None  # those of the first beam are there
         assert view.reference is None
+    session.view.move(picture, clock.advanced(20.0, picture.modes, picture.second.shapes))
+    told = [caption.text for caption in session.view.captions if "period" in caption.text]
+    periods = 20 * solution.frequencies[1] / math.tau
+    assert len(told) == 2 * stacked
+    assert not told or abs(int(re.findall(r"\d+", told[0])[0]) - periods) <= 2
 
 
 @pytest.mark.parametrize("beam", [PAPER, *(Beam(delta=delta, gamma=1) for delta in (-1, 0, 2))])

@@ -1,17 +1,22 @@
 """Saving and loading a scene, and exports; and what is refused of them."""
 
+import base64
 import io
+import json
+import re
 import threading
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from live.browser import READY, page, says
 from live.server import last_until
 from live.visitor import Visitor, catch_up, visitor
-from PIL import Image
+from PIL import Image, ImageSequence
 
 from beamviz.beam import Beam
+from beamviz.explorer import veering_files
 from beamviz.explorer.features import files
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.exports import animate
@@ -98,6 +103,48 @@ def test_the_chart_can_be_downloaded_with_the_second_beam(guest, kind):
     text = part["content"].decode()
     assert "twice the mass" in text
     assert ("mass ratio α" if kind == ".svg" else "\nalpha,B1,") in text
+
+
+def test_the_opening_gap_is_a_page_that_moves_offline(guest, monkeypatch):
+    """From a crossing without Coriolis forces to a veering with all of them, of two modes whose
+    frequencies are those of the solver."""
+    monkeypatch.setattr(veering_files, "STEPS", 2)
+    guest.set(alpha=1.0, beta=1.0, gamma=4.5, coriolis=True, over="gamma")
+    guest.do("tab", "veering")
+    guest.says("they veer")
+    guest.do("export_veering", ".html")
+    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart")
+    assert start["filename"] == "veering.html"
+    text = part["content"].decode()
+    assert "http" not in text.replace("http://www.w3.org", "")
+    frames = json.loads(re.search(r"const frames = (.*);", text)[1])
+    assert [told.partition(": ")[0] for told, _ in frames] == [
+        "without Coriolis forces",
+        "50 % of Coriolis",
+        "with Coriolis forces",
+    ]
+    assert "they cross at γ = 4.4641" in frames[0][0]
+    assert "gap 0.241" in frames[2][0]
+    drawings = [base64.b64decode(source) for _, source in frames]
+    assert all(b"<svg" in drawing for drawing in drawings)
+    assert len({*drawings}) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [".webp", ".gif"])
+def test_the_opening_gap_is_a_film(guest, kind):
+    """It begins and ends without the coupling, and has all of it in the middle."""
+    guest.set(alpha=1.0, beta=1.0, gamma=4.5, coriolis=True, over="gamma")
+    guest.do("tab", "veering")
+    guest.says("they veer")
+    guest.do("export_veering", kind)
+    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart")
+    assert start["filename"] == f"veering{kind}"
+    with Image.open(io.BytesIO(part["content"])) as film:
+        first, *others = (frame.convert("L") for frame in ImageSequence.Iterator(film))
+        changes = [np.abs(np.subtract(frame, first, dtype=int)).mean() for frame in others]
+    assert 0.4 < np.argmax(changes) / len(changes) < 0.8
+    assert max(changes[0], changes[-1]) < 0.8 * max(changes)
 
 
 def test_an_export_has_the_second_beam(guest):

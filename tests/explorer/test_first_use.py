@@ -546,7 +546,7 @@ def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotati
     desk.send("reset_view")
     texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
     upper, lower = (
-        f"{texts}.find(e => e.textContent === '{title}').getBoundingClientRect()"
+        f"{texts}.find(e => e.textContent.startsWith('{title}')).getBoundingClientRect()"
         for title in ("twice the mass", "this beam")
     )
     between = f"[{lower}.top - {upper}.bottom]"

@@ -326,8 +326,8 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
         assert abs(after.bending_fraction - before.bending_fraction) > 0.8
         assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
     asked = request(tip, 0)
-    assert "exchange their shapes" in veering.sentence(on, asked)
-    assert "uncoupled (gap 0)" in veering.sentence(off, asked)
+    assert "exchange their shapes" in veering.told(on, asked)
+    assert "uncoupled (gap 0)" in veering.told(off, asked)
     assert "S1/B3 mixed 50:50" in veering.shape_table((on,), asked)
     assert "mixed" not in veering.shape_table((off,), asked)
 
@@ -372,7 +372,7 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     far = request(tip, 1)
     off, on = far.pairs()
     assert (off.event.kind, on.event) == ("crossing", None)
-    assert "the gap is too large for a veering" in veering.sentence(on, far)
+    assert "the gap is too large for a veering" in veering.told(on, far)
     lines = veering.pairs_data((off, on), far)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
 
@@ -404,7 +404,7 @@ def test_flap_and_lag_exchange_their_shapes_where_they_veer():
     off, on = pairs = around.pairs()
     assert (around.kind, off.event.kind, on.event.kind) == ("pitch", "crossing", "veering")
     assert all(np.isfinite(s.displacement).all() for p in pairs for row in p.shapes for s in row)
-    assert "exchange their shapes" in veering.sentence(on, around)
+    assert "exchange their shapes" in veering.told(on, around)
     before, _, after = (veering.parts_of(shape, around) for shape in on.shapes[0])
     assert {*before} == {"flap", "lag"}
     assert abs(after["lag"] - before["lag"]) > 0.8

@@ -98,12 +98,16 @@ VISIT = [
     *[("gamma", 5.0), ("keep", None), ("over", "alpha"), ("comparison", "coriolis")],
     *[("real.preset", "steel beam"), ("real.section", "tube"), ("real.section", "own")],
     *[("blade.begin", None), ("blade.masses.add", None), ("blade.root", "spring")],
+    *[("own.keep", None), ("own.ask", "?"), *[(f"own.answer.{k}", str(k)) for k in (1, 2, 3, 4)]],
+    *[("own.keep", None), ("own.edit", 0), ("own.go", 0), ("own.keep", None), ("own.remove", None)],
     *[("dimensionless", None), ("lesson", NAMES[0]), ("lesson_turn", 1), ("lesson", "")],
     *[("spin_up", 0.5), ("tab", "motion"), ("spin_up", 0.0), ("delta", -1.0), ("gamma", 30.0)],
 ]
 # While a job is slow, after it was cancelled, for a table whose rows are not in order, for a force
 # that would fold a blade.
 ON_OCCASION = {"cancel_jobs", "retry_jobs", "blade.stations.sort", "motion.less", "motion.leave"}
+ON_OCCASION |= {"own.show_answer"}  # to a presenter
+ON_OCCASION |= {"adjust.match"}
 OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
 
 

@@ -49,11 +49,12 @@ SIZE = "size"  # key of those of a page that changes its size
 SIZES = (1280, 720), (390, 480), (1040, 1280), (820, 610)
 SCENE = "scene"  # key of those of them that change what the scene shows of a beam
 OF_SCENE = (
-    *("rotating_frame", "ghosts", "nodes", "thicken", "dark", "all_modes", "colouring"),
+    *("rotating_frame", "ghosts", "nodes", "tip_path", "forces", "thicken", "dark", "all_modes"),
+    "colouring",
     *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
 )
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
-DRAGGED = (MASS, MASS, "/scene/rotor/wheel/handle")  # outside of the tab Motion
+WHEEL = "/scene/rotor/wheel/handle"
 # What the server of fresh pages begins with: nothing of it is to be seen after a link.
 ELSEWHERE = Scene(Beam(alpha=0.3, beta=0.9, gamma=2.5, delta=0.1, mu=55)).changed(
     playing=False, ghosts=False, nodes=False, rotating_frame=True, amplitude=0.07
@@ -118,7 +119,16 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("pace", chance.choice((0.0, 0.5, 2.0))),
             *[
                 (name, chance.random() < 0.5)
-                for name in ("rotating_frame", "ghosts", "nodes", "thicken", "dark", "playing")
+                for name in (
+                    "rotating_frame",
+                    "ghosts",
+                    "nodes",
+                    "tip_path",
+                    "forces",
+                    "thicken",
+                    "dark",
+                    "playing",
+                )
             ],
             *[("all_modes", chance.random() < 0.5)] * 2,
             ("preferences", chance.choice(("", "still", "still dark"))),
@@ -136,7 +146,11 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("lesson_turn", chance.choice((1, -1)))] * 2,
             ("lesson_step", chance.randrange(3)),
             ("lesson_guess", chance.randrange(3)),
-            *[("drag", (node, far)) for far in [chance.uniform(-0.3, 0.3)] for node in DRAGGED],
+            *[("own.keep", None), ("own.say", chance.choice(("a", "<b>")))],
+            *[("own.edit", chance.randrange(3)), ("own.go", chance.randrange(3))],
+            *[("own.turn", chance.choice((1, -1)))] * 2,
+            *[("drag", (MASS, chance.uniform(-0.3, 0.3)))] * 3,
+            ("drag", (WHEEL, chance.uniform(-0.2, 0.2))),
         ],
         "frequencies": [
             *[(f"per_rev_{chance.randrange(1, 7)}", chance.random() < 0.7)] * 3,
@@ -210,6 +224,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (f"adjust.free.{chance.choice(('beta', 'delta', 'pitch'))}", chance.random() < 0.5),
             ("adjust.high.beta", chance.choice((0.7, 0.9, 3.0))),
             ("adjust.measured", chance.choice(("", "frequency\n3.1", "gamma, frequency\n1"))),
+            ("adjust.match", chance.choice(("0 B2", "0", "4 B1", "B1"))),
             ("adjust.targets", chance.choice(("B1=3.6", "B1"))),
             ("adjust.margin", chance.choice((5.0, 20.0, 900.0))),
             *several[:3],

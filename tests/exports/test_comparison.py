@@ -101,6 +101,19 @@ def test_the_page_saves_and_loads_its_comparison(choice, stacked):
 # Pictures and films
 
 
+def test_beams_above_each_other_count_their_periods():
+    """From 0 at the start of a film, as many as it has of the mode, more of the lighter beam."""
+    solved = SolvedScene(scene_with(replace(TWICE, stacked=True)))
+    beams, film = solved.draw(SceneGraph()), Loop(solved, periods=4)
+    solved.move(beams, film.moment(0.0))
+    assert {"this beam", "twice the mass"} <= {caption.text for caption in beams.captions}
+    solved.move(beams, film.moment(0.9999))
+    ratio = solve(HEAVY).frequencies[1] / solved.solution.frequencies[1]
+    texts = [caption.text for caption in beams.captions]
+    assert "this beam: 3 periods of B2" in texts
+    assert f"twice the mass: {int(4 * ratio)} periods of B2" in texts
+
+
 @pytest.mark.parametrize("stacked", [False, True])
 def test_a_picture_shows_both_beams(tmp_path, stacked):
     """At the same phase of their common mode, over each other or one above the other; beside all

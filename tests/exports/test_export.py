@@ -2,6 +2,7 @@
 
 import base64
 import io
+import itertools
 import json
 import math
 import re
@@ -43,6 +44,8 @@ from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import STATIONS
 
+PITCHED = Beam(flap=0.25, pitch=30, gamma=5)
+PATH: dict[str, Any] = {"plane": "both", "shares": [1.0, 0.5], "tip_path": True}
 BLADE = Beam.from_si(  # with a jump, two bodies and a sprung root
     stations=[0, 4, 4, 10],
     mass_per_length=[100, 90, 50, 20],
@@ -160,6 +163,20 @@ def test_a_model_keeps_the_rules_of_gltf(model):
     length = solved.solution.equilibrium.tip[0]
     assert read["beam"].bounds[:, 0] == pytest.approx([0, length], rel=1e-5, abs=1e-6)
     assert read["beam"].volume == pytest.approx(length * math.prod(section_size(PAPER)), rel=1e-5)
+
+
+def test_a_model_has_the_path_of_the_tip(tmp_path):
+    """A line through the tip of the beam at each key of the animation."""
+    scene = Scene.of(PITCHED, coriolis=True, **PATH)
+    export(tmp_path / "a.glb", scene)
+    gltf, solved = pygltflib.GLTF2().load(tmp_path / "a.glb"), SolvedScene(scene)
+    (line,) = by_name(gltf.meshes, "tip's path").primitives
+    assert line.mode == pygltflib.LINE_STRIP
+    points, loop = values(gltf, line.attributes.POSITION), Loop(solved, film=False)
+    beams = solved.draw(SceneGraph())
+    for k in range(0, len(points), 5):
+        solved.move(beams, loop.moment(k / (len(points) - 1)))
+        assert points[k] == pytest.approx(beams.rows[0].line[-1], abs=1e-6)
 
 
 def test_an_unstable_beam_is_a_still_model_and_has_growth_rates(tmp_path):
@@ -439,6 +456,38 @@ def test_a_page_follows_its_speed_past_a_crossing(tmp_path):
         share = shown.evaluate(f"({left} - {frame}.left) / {frame}.width")
         low, high = chart_range(PAPER, "gamma")
         assert share == pytest.approx((19 - low) / (high - low), abs=0.02)
+        assert shown.problems == []
+
+
+@pytest.mark.slow
+def test_the_path_of_the_tip_on_a_page_is_that_of_a_picture(tmp_path):
+    """Also at another speed, of two modes that have begun at their largest displacement."""
+    export(tmp_path / "a.html", scene := Scene.of(PITCHED, **PATH))
+    line = "window.__viserMutable?.nodeRefFromName?.['/scene/rotor/tip_path']"
+    ends = f"""(() => {{ let found; {line}?.traverse(n => {{
+        found ??= n.geometry?.attributes?.instanceStart?.data?.array; }});
+      return found && Array.from(found); }})()"""
+    gamma = speeds_of(tmp_path / "a.html")["gammas"][-3]
+    solved = SolvedScene(scene.changed(gamma=gamma))
+    beams, paths = solved.draw(SceneGraph()), []
+    for first, second in itertools.product((1, -1), repeat=2):  # the sign of a shape is arbitrary
+        phases = math.pi / 2 * np.array([first, second, 1, 1, 1])
+        solved.move(beams, solved.moment()._replace(phases=phases))
+        paths.append(beams.rows[0].tip_path.line.points.ravel())
+    with page("about:blank", 500, 400) as shown:
+        still = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+        shown.call("Emulation.setEmulatedMedia", features=still)
+        shown.call("Page.navigate", url=(tmp_path / "a.html").as_uri())
+        shown.wait(ends, 120)
+        move = "s.value = s.max - 2; s.dispatchEvent(new Event('input'))"
+        shown.evaluate(f"(s => {{ {move}; }})(document.getElementById('speed'))")
+
+        def alike() -> bool:
+            found = np.array(shown.evaluate(ends))
+            same = [one for one in paths if len(one) == len(found)]
+            return any(np.abs(one - found).max() < 1e-3 for one in same)
+
+        shown.wait(alike)
         assert shown.problems == []
 
 

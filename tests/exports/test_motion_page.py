@@ -17,6 +17,7 @@ from beamviz.explorer.features.real_beam import PRESETS
 from beamviz.exports.motion_files import export_motion
 from beamviz.exports.motion_page import LONGEST, motion_page
 from beamviz.exports.motion_scene import MotionScene
+from beamviz.scene import ViewOptions
 
 BEAM = Beam(alpha=1, beta=0.5)
 DROPPED = 1.5
@@ -121,7 +122,7 @@ def test_a_film_has_the_mass_and_the_speed_of_its_moment(moved):
 
 
 def test_a_page_of_a_dark_page_is_dark(moved):
-    assert "color-scheme: dark" in motion_page(moved, dark=True)
+    assert "color-scheme: dark" in motion_page(moved, view=ViewOptions(dark=True))
     assert "color-scheme: light" in motion_page(moved)
 
 

@@ -41,6 +41,7 @@ STEPPED = Beam(
     gamma=3,
     delta=0.2,
 )
+FLAT = Beam(flap=0.25, pitch=30, gamma=5)
 PROFILES = [ImageCms.createProfile(name) for name in ("sRGB", "LAB")]
 TO_LAB = ImageCms.buildTransform(*PROFILES, "RGB", "LAB")
 SCENES = {
@@ -52,6 +53,7 @@ SCENES = {
     "outside": Scene.of(Beam(gamma=2, delta=0.5), mode=1, rotating_frame=False),
     "blade": Scene.of(STEPPED, mode=2),
     "hinge": Scene.of(Beam(blade=Blade.tapered(0.5, 0.3), root=0.0, gamma=3, delta=0.15), mode=1),
+    "both planes": Scene.of(FLAT, plane="both", shares=[1.0, 1.0], coriolis=True, tip_path=True),
     "still": Scene.of(Beam(delta=-0.3), shares=[0.0], ghosts=False, rotating_frame=False),
 }
 PHASE = 0.33  # the hub has turned, and the displacement is not the largest
@@ -93,15 +95,16 @@ def coloured(picture: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_picture_looks_as_it_did(name):
     """Beam, mass, nodes, hub, arrow, shadow, ground, labels and light, in light and dark: inward on
-    a ring, grey below a warning, out of the plane of rotation, on a hub that has turned, and at
-    rest without an arrow."""
+    a ring, grey below a warning, out of the plane of rotation, on a hub that has turned, with the
+    path of the tip, and at rest without an arrow."""
     assert difference(rendered(SCENES[name]), stored(name)) < ALIKE
 
 
 @pytest.mark.parametrize(
     "changes",
     [{"mu": 60}, {"mode": 1}, {"alpha": 1.1}, {"beta": 0.49}, {"colouring": "axial strain"}]
-    + [{"nodes": False}, {"ghosts": False}, {"thicken": True, "mu": 100}, {"dark": True}],
+    + [{"nodes": False}, {"ghosts": False}, {"tip_path": True}, {"forces": True}]
+    + [{"thicken": True, "mu": 100}, {"dark": True}],
     ids=str,
 )
 def test_another_beam_mass_colour_or_label_looks_different(changes):

@@ -46,6 +46,7 @@ INSIDE = {
 }
 HISTORY = "undo", "redo"  # keys of the buttons
 PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
+CAPTIONS = r"/(node \d+|body \d+|warning|title|speed|tension text|hint \w+)$"  # nodes of texts
 INVITATION = "how does it vibrate"  # in the caption of the scene that a page opened with
 LONG = 60.0  # [s] for what is computed on a machine however busy
 
@@ -289,7 +290,7 @@ def visible_nodes(guest: Visitor) -> dict[str, Any]:
     nodes: dict[str, Any] = {}
     for name, node in guest.nodes.items():
         parents = [name[:k] for k, sign in enumerate(name) if sign == "/" and k] + [name]
-        is_caption = re.search(r"/(node \d+|body \d+|warning|title|speed|hint \w+)$", name)
+        is_caption = re.search(CAPTIONS, name)
         if not hidden & {*parents} and (name in texts or not is_caption):
             at_origin = {"position": (0.0, 0.0, 0.0), "wxyz": (1.0, 0.0, 0.0, 0.0)}
             nodes[name] = at_origin | {key: one for key, one in node.items() if key != "visible"}

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from strategies import beams, blades
 
-from beamviz import Beam, InvalidInput, NoEquilibrium, solve
+from beamviz import Beam, InvalidInput, NoEquilibrium, loci, solve
+from beamviz.presets import PRESETS
 
 CLAMPED_MODES = (1.8751040687, 4.6940911330, 7.8547574382)  # beta L of a clamped beam
 
@@ -95,3 +96,35 @@ def test_a_mode_without_a_frequency_has_no_sensitivity():
     assert math.isnan(solution.frequencies[0])
     assert np.isnan(solution.sensitivities["gamma"][0])
     assert np.isfinite(solution.sensitivities["gamma"][1])
+
+
+@pytest.mark.parametrize("coriolis", [1.0, 0.1])
+def test_beside_a_veering(coriolis):
+    """Where modes exchange their shapes within a small part of the step of another number, as those
+    of differences of much smaller steps."""
+    beam = Beam(alpha=1, beta=0.5)
+    path = loci(beam, "gamma", np.linspace(5, 12, 71), 5, coriolis=coriolis)
+    veering = min((e for e in path.events if e.kind == "veering"), key=lambda each: each.gap)
+    beam = beam.replace(gamma=veering.at + 0.15 * veering.gap)
+    rates = solve(beam, tolerance=1e-12, coriolis=coriolis).sensitivities
+    for number in ("gamma", "alpha", "mu"):
+        value, step = getattr(beam, number), 1e-6 * max(1.0, getattr(beam, number))
+        low, high = (
+            solve(beam.replace(**{number: value + side * step}), tolerance=1e-12, coriolis=coriolis)
+            for side in (-1, 1)
+        )
+        expected = (high.frequencies - low.frequencies) / (2 * step)
+        assert rates[number] == pytest.approx(expected, rel=1e-4)
+
+
+def test_of_a_mass_at_the_light_tip_of_a_blade():
+    """At rest, by the Rayleigh quotient: d omega / d alpha = - omega w(L)^2 / (2 m)."""
+    beam = PRESETS["iea-3.4mw-blade"].beam.replace(gamma=0)
+    solution = solve(beam, modes=3, plane="both", tolerance=1e-8)
+    x = np.linspace(0, 1, 20001)
+    expected = []
+    for k, omega in enumerate(solution.frequencies):
+        squares = (solution.shape(k, x) ** 2).sum(axis=1)
+        mass = np.trapezoid(beam.blade.at("mass", x) * squares, x)
+        expected.append(-omega * squares[-1] / (2 * mass))
+    assert solution.sensitivities["alpha"] == pytest.approx(expected, rel=1e-4)

@@ -11,6 +11,7 @@ from beamviz.explorer.features.blade import BladePanel
 from beamviz.explorer.features.comparison import ComparisonTab
 from beamviz.explorer.features.controls import Controls
 from beamviz.explorer.features.files import Files
+from beamviz.explorer.features.forces import ForcesLegend
 from beamviz.explorer.features.hints import Hints
 from beamviz.explorer.features.hub_turn import HubTurn
 from beamviz.explorer.features.lessons import Lessons
@@ -18,8 +19,10 @@ from beamviz.explorer.features.loads import LoadsTab
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.mass_drag import MassDrag
+from beamviz.explorer.features.matches import Matches
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.motion import MotionTab
+from beamviz.explorer.features.own_lessons import OwnLessons
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpTab
 from beamviz.explorer.features.sound import Sound
@@ -29,6 +32,7 @@ from beamviz.explorer.features.veering_inset import VeeringInset
 FEATURES: tuple[type[Feature], ...] = (
     Controls,
     AnswerPanel,
+    ForcesLegend,
     Sound,
     RealBeamPanel,
     BladePanel,
@@ -41,8 +45,10 @@ FEATURES: tuple[type[Feature], ...] = (
     RunUpTab,
     MotionTab,
     AdjustTab,
+    Matches,
     MethodTimingTab,
     Lessons,
+    OwnLessons,
     Files,
     MassDrag,
     BeamPull,

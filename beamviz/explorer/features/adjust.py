@@ -11,18 +11,13 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.adjusting import adjust, per_rev_lines, speed_range
+from beamviz.adjusting import adjust
 from beamviz.adjusting.free_numbers import FACTORS, free_number, usual_bounds
-from beamviz.adjusting.measured import (
-    MeasuredFrequency,
-    columns_of_text,
-    measured_frequencies,
-    target_frequencies,
-)
+from beamviz.adjusting.goals import ClearGoal
 from beamviz.adjusting.result import Adjusted
 from beamviz.beam import NUMBERS, Beam
 from beamviz.checks import check_float
-from beamviz.drawing.text import Measure, frequencies, in_words, measure, significant
+from beamviz.drawing.text import Measure, in_words, measure, significant
 from beamviz.errors import InvalidInput, NoAnswer
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Key, Tab, choice, name_key
@@ -32,6 +27,15 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
+from beamviz.measured import (
+    MeasuredFrequency,
+    columns_of_text,
+    measured_columns,
+    measured_frequencies,
+    points_over,
+    target_frequencies,
+    text_of_columns,
+)
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -119,6 +123,20 @@ class AdjustState(Slice):
     )
     outcome: Outcome | None = field(default=None, metadata=choice(until=("scene",)))
 
+    def saved(self, scene: Scene) -> Scene:
+        """With the measured frequencies, unless there is an error in them."""
+        if self.measured.strip():
+            with contextlib.suppress(InvalidInput):
+                columns = measured_columns(scene.beam, columns_of_text(self.measured))
+                return replace(scene, measured=columns)
+        return scene
+
+    def loaded(self, scene: Scene) -> Self:
+        """With the measured frequencies of a scene, in place of those that are typed."""
+        if not scene.measured:
+            return self
+        return replace(self, goal="measured", measured=text_of_columns(scene.measured))
+
 
 class AdjustRequest(NamedTuple):
     """A beam to adjust."""
@@ -173,8 +191,7 @@ def keywords_of(chosen: AdjustState, beam: Beam) -> dict[str, Any]:
         raise InvalidInput(
             f"lines {chosen.clear_of!r}: must be whole numbers between commas, as 1, 2"
         ) from None
-    per_rev_lines(lines)
-    speed_range(beam, chosen.between)
+    ClearGoal.of(beam, lines, chosen.between, chosen.margin)
     return {"clear": lines, "between": chosen.between, "margin": chosen.margin}
 
 
@@ -207,14 +224,26 @@ def display(name: str, beam: Beam) -> Measure:
     return Measure(NAMES[name], NAMES[name])
 
 
-def measured_points(state: State) -> list[MeasuredFrequency]:
-    """The measured frequencies that are typed; none while there is an error in them."""
+def measured_points(state: State, over: str) -> list[tuple[float, MeasuredFrequency]]:
+    """The measured frequencies that are typed, for a chart over a number of the beam, each at its
+    value of that; none while there is an error in them."""
     text = state.slice(AdjustState).measured
-    if not text.strip():
-        return []
-    with contextlib.suppress(InvalidInput):
-        return measured_frequencies(state.case.beam, columns_of_text(text))
+    if text.strip():
+        with contextlib.suppress(InvalidInput):
+            beam = state.case.beam
+            return points_over(beam, over, measured_frequencies(beam, columns_of_text(text)))
     return []
+
+
+def goal_of_lines(state: State) -> ClearGoal | None:
+    """The goal to keep clear of per-rev lines; None while another one is chosen, or there is an
+    error in it."""
+    chosen = state.slice(AdjustState)
+    if chosen.goal == "clear":
+        with contextlib.suppress(InvalidInput):
+            beam = state.case.beam
+            return ClearGoal.of(beam, *keywords_of(chosen, beam).values())
+    return None
 
 
 # The tab
@@ -273,7 +302,8 @@ INPUTS += (
 )
 CONTENT = (
     f'<div class="adjust-tab"><div class="tools">{INPUTS}</div>'
-    '<div class="lists"><div id="adjust-answer" role="status"></div>'
+    '<div id="adjust-chart" class="chart" data-chart></div>'
+    '<div class="lists"><div id="adjust-answer" role="status"></div><div id="adjust-matches"></div>'
     '<div id="adjust-effects"></div></div></div>'
 )
 
@@ -448,7 +478,7 @@ def rows_content(case: Case) -> Content:
 
 
 def answer_html(state: State) -> str:
-    """The adjusted numbers, how they fit, and what the data do not determine."""
+    """The adjusted numbers, and what the data do not determine."""
     outcome = state.slice(AdjustState).outcome
     if outcome is None:
         return ""
@@ -456,8 +486,6 @@ def answer_html(state: State) -> str:
     if (found := outcome.adjusted) is None:
         return text
     text += numbers_table(found) + doubts(found)
-    if found.matches:
-        text += matches_table(found)
     if held := found.held:
         speed = measure("gamma", found.units).text(held.speed, 4)
         text += (
@@ -474,6 +502,8 @@ def numbers_table(found: Adjusted) -> str:
         known = math.isfinite(error) and name not in found.undetermined
         deviation = f"± {significant(shown.factor * error, 2)}" if known else "–"
         rows.append((escape(shown.label), significant(shown.factor * value, 5), deviation))
+    if not found.errors:
+        return page.table("adjusted numbers", ("number", "value"), [row[:2] for row in rows])
     return page.table("adjusted numbers", ("number", "value", "standard deviation"), rows)
 
 
@@ -499,24 +529,6 @@ def doubts(found: Adjusted) -> str:
         )
         texts.append(f"Fits as well: {values}.")
     return "".join(map(page.note, texts))
-
-
-def matches_table(found: Adjusted) -> str:
-    """The residual of each frequency."""
-    across = frequencies(found.units)
-    has_errors = all(math.isfinite(match.error) for match in found.matches)
-    rows = []
-    for match in found.matches:
-        place = ", ".join(
-            measure(name, found.units).text(value, 4) for name, value in match.numbers.items()
-        )
-        ratio = match.residual if has_errors else 100 * match.residual
-        pair = across.number(match.measured), across.number(match.predicted)
-        rows.append((escape(match.mode), escape(place), *pair, f"{ratio:+.2f}"))
-    goal = "target" if found.goal == "targets" else "measured"
-    residual = "residual [σ]" if has_errors else "residual [%]"
-    heads = ("mode", "at", f"{goal} {across.label}", "beam", residual)
-    return page.table("residuals", heads, rows)
 
 
 # Sensitivities

@@ -19,6 +19,7 @@ from beamviz.drawing.text import (
     measure,
     rounded_to_error,
     significant,
+    stress_text,
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
@@ -29,6 +30,7 @@ from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.motion import modes_beside, phase_words, played_motion
+from beamviz.explorer.features.own_lessons import OwnLessonState
 from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -79,7 +81,8 @@ class AnswerPanel(Feature):
         state, replaced = snapshot.state, snapshot.state.replaced
         text = note(snapshot)
         runs_up = state.slice(RunUpState).run_speed is not None
-        chosen = runs_up or state.comparison != NO_COMPARISON
+        in_lesson = state.slice(OwnLessonState).own_step is not None
+        chosen = runs_up or in_lesson or state.comparison != NO_COMPARISON
         is_first = state.case == self.visitor.first.case and not (chosen or replaced)
         if is_first and not text:
             text = invitation(
@@ -226,10 +229,25 @@ def legend(colouring: str, ends: Sequence[float], units: Units | None) -> str:
         most = " .. ".join(significant(end, 2) for end in ends)
         texts = (f"-{most} shorter", "0", f"longer +{most}")
         texts = ("shorter", f"0, at the ends {most}", "longer") if own else texts
-        return page.colour_scale(f"axial strain, as drawn{own}", colours.DIVERGING, *texts)
+        title = f"axial strain, as drawn{own}"
+        return page.colour_scale(title, colours.DIVERGING, *texts) + stress_note(ends[-1], units)
     far = " .. ".join(length_text(end, units, 2) for end in ends)
     texts = ("0 at rest", "", far if ends[-1] > NOTHING else "")
     return page.colour_scale(f"displacement, as drawn{own}", colours.SEQUENTIAL, *texts)
+
+
+def stress_note(strain: float, units: Units | None) -> str:
+    """The stress of the largest axial strain that the colours stand for (HTML), beside the yield
+    stress; "" where the material is not known."""
+    if units is None or units.youngs_modulus is None:
+        return ""
+    stress, limit = units.youngs_modulus * strain, units.yield_stress
+    text = f"axial stress ± {stress_text(float(f'{stress:.2g}'))}"  # in the digits of the strain
+    if limit is None:
+        return f'<div class="stress">{text}</div>'
+    if stress > limit:
+        return f'<div class="stress yields">{text}: yields at {stress_text(limit)}</div>'
+    return f'<div class="stress">{text}, yields at {stress_text(limit)}</div>'
 
 
 def pace(rate: float, units: Units | None) -> str:

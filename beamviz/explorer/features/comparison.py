@@ -22,7 +22,8 @@ from beamviz.solver.solution import Solution
 
 INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
-    " the scene, the beam before the drag is shown as an overlay."
+    " the scene, the beam before the drag is shown as an overlay. One above the other, both count"
+    " the periods of their mode: which one is ahead?"
 )
 ALL_SHOWN = "No second beam is drawn beside all modes."
 CASES = [page.button(name, data_set="comparison", data_value=key) for key, name in LABELS.items()]

@@ -34,6 +34,15 @@ PLANES = {
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
+    "tip_path": (
+        "tip's path",
+        "The curve that the free end runs through: a line in a mode, with Coriolis forces an"
+        " ellipse; of several modes that of the last periods",
+    ),
+    "forces": (
+        "forces",
+        "The tension along the beam as a band, and what pulls and pushes on pieces of it as arrows",
+    ),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
 CORIOLIS_HINT = (
@@ -124,6 +133,7 @@ COMMANDS = {  # of the palette, besides those that begin a lesson
     "Play or pause": partial(toggled, "playing"),
     "Coriolis forces on or off": partial(toggled, "coriolis"),
     "Dark or light page": partial(toggled, "dark"),
+    "Forces on or off": partial(toggled, "forces"),
     **{f"Show mode {k + 1} alone": partial(alone, k) for k in range(MODES)},
     "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
     "Stationary frame": partial(State.changed, name="rotating_frame", value=False),

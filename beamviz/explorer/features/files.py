@@ -20,15 +20,20 @@ from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
+from beamviz.explorer.computed_veering import VeeringRequest
 from beamviz.explorer.declarations import Tab, choice, name_key
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
+from beamviz.explorer.features.own_lessons import is_lesson_file, open_lesson_file
+from beamviz.explorer.features.veering import JOB as VEERING
+from beamviz.explorer.features.veering import VEERING_KINDS
 from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
 from beamviz.explorer.state import Slice
+from beamviz.explorer.veering_files import export_veering
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.chart_files import export_chart
@@ -58,9 +63,9 @@ MORE = (".webp", ".glb", ".shapes.csv", ".npz", ".toml", ".stations.csv", ".dat"
 
 @dataclass(eq=False)
 class File:
-    """A scene, its frequency chart, or a motion in time, to be written as a file; film: keywords of
-    `animate`, None for other files; unstiffened: the motion without stiffening beside it; is_chart:
-    the chart."""
+    """A scene, its frequency chart, its veering or a motion in time, to be written as a file; film:
+    keywords of `animate`, None for other files; unstiffened: the motion without stiffening beside
+    it; is_chart: the chart."""
 
     scene: Scene
     name: str
@@ -68,6 +73,7 @@ class File:
     motion: Motion | None = None
     unstiffened: LinearMotion | None = None
     is_chart: bool = False
+    veering: VeeringRequest | None = None
 
     @property
     def beam(self) -> Beam:
@@ -75,7 +81,7 @@ class File:
 
     def has_content_of(self, other: "File") -> bool:
         named = (self.name, self.film, self.scene) == (other.name, other.film, other.scene)
-        return named and self.motion is other.motion
+        return named and self.motion is other.motion and self.veering == other.veering
 
 
 JOB = "file"
@@ -111,6 +117,7 @@ class Files(Feature):
         self.page.on("export", self.start, str)
         self.page.on("export_motion", self.start_motion, str)
         self.page.on("export_chart", self.start_chart, str)
+        self.page.on("export_veering", self.start_veering, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     def content(self, snapshot: Snapshot) -> Content:
@@ -127,8 +134,12 @@ class Files(Feature):
         self.visitor.client.send_file_download(name, content, save_immediately=True)
 
     def load(self, file: Any) -> None:
-        """Show the scene of a file: its name, and its contents from line 2 on; none if invalid."""
+        """Show the scene, or open the lesson, of a file: its name, and its contents from line 2 on;
+        none if invalid."""
         name, _, content = str(file).partition("\n")
+        if is_lesson_file(content):
+            open_lesson_file(self.visitor, content.encode(errors="replace"), name)
+            return
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
             self.visitor.open(scene)
@@ -161,6 +172,14 @@ class Files(Feature):
                 scene = self.visitor.scene_to_save()
                 self.begin(File(scene, f"chart{suffix}", None, is_chart=True))
 
+    def start_veering(self, suffix: Any) -> None:
+        """Export the crossing or veering that is magnified."""
+        answer = self.visitor.shown_answer(VEERING)
+        if suffix in VEERING_KINDS and answer and answer.result:
+            scene = self.visitor.scene_to_save()
+            film: dict[str, Any] | None = {} if suffix in FORMATS else None
+            self.begin(File(scene, f"veering{suffix}", film, veering=answer.request))
+
     def begin(self, file: File) -> None:
         """Write a file after those that the visitor waits for: in place of one of its name that has
         not begun. What is being written already is not begun again."""
@@ -184,13 +203,15 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                frames, dark = partial(self.frames, file), file.scene.view.dark
-                beside: dict[str, Any] = {"dark": dark, "unstiffened": file.unstiffened}
+                frames, view = partial(self.frames, file), file.scene.view
+                beside: dict[str, Any] = {"view": view, "unstiffened": file.unstiffened}
                 if file.motion and file.film is not None:
                     options: dict[str, Any] = {"workers": 1, **beside, **file.film}
                     animate_motion(path, file.motion, progress=frames, **options)
                 elif file.motion:
                     export_motion(path, file.motion, **beside)
+                elif file.veering:
+                    export_veering(path, file.veering, frames)
                 elif file.is_chart:
                     export_chart(path, file.scene)
                 elif file.film is None:
@@ -245,7 +266,7 @@ def progress_content(*, busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
-    for tab in ("motion", "chart"):
+    for tab in ("motion", "chart", "veering"):
         content |= page.props(f"{tab}-file-work", hidden=not busy)
         content |= page.html(f"{tab}-file-state", escape(note))
     return content | page.html("export-state", escape(note))

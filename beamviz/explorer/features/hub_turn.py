@@ -100,8 +100,7 @@ class HubTurn(Feature):
         visible = not picture.drawn.in_rows
         if self.wheel.visible != visible:
             self.wheel.visible = self.handle.visible = visible
-        beam = self.scene.beam.shapes.beam
-        if visible and wheel_radius(beam) != self.radius:
+        if visible and wheel_radius(beam := picture.drawn.shapes.beam) != self.radius:
             self.radius = wheel_radius(beam)
             self.place(beam)
 

@@ -38,6 +38,10 @@ from beamviz.scene import Scene
 from beamviz.solver import Solution, solve
 
 JOB = "lesson"
+LESSONS_HELP = (
+    "A question, what to do, the answer with its number, and a challenge; and your own lesson, of"
+    " scenes that you keep"
+)
 RETURNED = "The scene from before the lesson is back."
 STARTED = (
     "This page was opened within the lesson, so the scene before it is not known: this is the scene"
@@ -58,6 +62,7 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 }
 
 
+OWN_STEP, OWN_LESSON = "own-step", "own-lesson"  # ids of places for a lesson of the visitor's own
 MOST_GUESSES = max(len(one.guesses) for one in LESSONS)
 
 
@@ -81,7 +86,8 @@ class LessonState(Slice):
     guess: int | None = field(
         default=None, metadata=choice(key=count_key("guess", MOST_GUESSES), until=("scene",))
     )
-    # The state before the first of the lessons, to which leaving them returns.
+    # The state before the first of the lessons, also of the visitor's own, to which leaving them
+    # returns; None while none is open.
     before_lesson: State | None = field(default=None, metadata=choice(until=("opened",)))
     # Those whose challenge is met.
     met: frozenset[str] = field(default=frozenset(), metadata=choice(undo="keeps", led="keeps"))
@@ -91,7 +97,7 @@ class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
     style = "lessons.css"
-    tab = Tab("Lessons", 9, "A question, what to do, the answer with its number, and a challenge")
+    tab = Tab("Lessons", 9, LESSONS_HELP)
     state = LessonState
 
     def __init__(self, visitor: Visitor):
@@ -187,13 +193,14 @@ class Lessons(Feature):
 
     def content(self, snapshot: Snapshot) -> Content:
         name, met = lesson_state(snapshot.state).lesson, lesson_state(snapshot.state).met
+        is_open = lesson_state(snapshot.state).before_lesson is not None
         verdict = verdict_html(snapshot)
         return (
             lesson_content(snapshot)
             | page.html("verdict", verdict)
             | page.html("lesson-reading", verdict + watched_html(snapshot))
             | fading(snapshot, [], "verdict", "lesson-reading")
-            | page.html("tab-lessons", cards_html(name, met))
+            | page.html("tab-lessons", cards_html(name, met, is_open=is_open))
             | {("met",): sorted(met)}
         )
 
@@ -258,7 +265,7 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
 def left(state: State) -> State:
     """As before the first lesson, but for the open tab and what undo leaves as it is."""
     found = lesson_state(state).before_lesson
-    if not (lesson_state(state).lesson and found):
+    if found is None:
         return state
     restored = state.restored(found).with_viewpoint(found.camera)
     return restored.with_values(MotionState, moment=found.slice(MotionState).moment)
@@ -297,13 +304,14 @@ def is_met(open_lesson: Lesson, state: State) -> bool:
 
 
 def lesson_content(snapshot: Snapshot) -> Content:
-    """The open lesson beside the tabs."""
-    now, text = lesson_state(snapshot.state), ""
+    """The open lesson beside the tabs, or a place for one of the visitor's own."""
+    now, text = lesson_state(snapshot.state), f'<div id="{OWN_STEP}"></div>'
     name = now.lesson
     if name:
         text = lesson_html(lesson(name), now.step, now.guess, facts_of(snapshot))
     in_tab = bool(name) and any(key.startswith("tab-") for key in controls(lesson(name).do))
-    shown = page.props("lesson", hidden=not name, data_beside="tab" if in_tab else "controls")
+    is_open = now.before_lesson is not None
+    shown = page.props("lesson", hidden=not is_open, data_beside="tab" if in_tab else "controls")
     return page.html("lesson-text", text) | shown
 
 
@@ -357,12 +365,13 @@ def frequencies_html(solution: Solution) -> str:
 # Texts
 
 
-def cards_html(open_lesson: str, met: frozenset[str]) -> str:
-    """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
+def cards_html(open_lesson: str, met: frozenset[str], *, is_open: bool) -> str:
+    """A card for each lesson; the open one is marked, those with a challenge met are ticked.
+    is_open: this one, or one of the visitor's own, is open."""
     text = f"{len(LESSONS)} short lessons, one question each, every one a small experiment."
     text += f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
     begin = cards = ""
-    if not open_lesson:  # whose next step it would be
+    if not is_open:  # whose next step it would be
         begin = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
@@ -370,7 +379,8 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
         tick = "\u00a0✓" if one.name in met else ""
         title = f"<b>{k}. {escape(one.title)}{tick}</b>"
         cards += f'<button type="button"{own}>{sketch(one.name)}{title}</button>'
-    return f'<div class="row"><span>{text}</span>{begin}</div><div class="cards">{cards}</div>'
+    head = f'<div class="row"><span>{text}</span>{begin}</div><div id="{OWN_LESSON}"></div>'
+    return f'{head}<div class="cards">{cards}</div>'
 
 
 def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | None) -> str:

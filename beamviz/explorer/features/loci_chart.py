@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from beamviz.adjusting.goals import ClearGoal
 from beamviz.beam import Beam
 from beamviz.drawing.text import measure
 from beamviz.errors import InvalidInput, NoEquilibrium
@@ -23,7 +24,12 @@ from beamviz.explorer.computed_loci import (
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, fading, waiting
-from beamviz.explorer.features.adjust import measured_points
+from beamviz.explorer.features.adjust import (
+    AdjustState,
+    AdjustTab,
+    goal_of_lines,
+    measured_points,
+)
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -42,6 +48,7 @@ PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
+WIDER = 1.3  # the chart of the tab Adjust, than to the last point or speed
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 INSET = '<div id="loci-inset"></div>'  # see veering_inset.py
 LISTS = "loci-margins", "loci-resonances", "loci-events"
@@ -116,17 +123,22 @@ class LociTab(Feature):
         return {CHART: request}
 
     def content(self, snapshot: Snapshot) -> Content:
-        answer = snapshot.job_answer(CHART)
+        answer, state = snapshot.job_answer(CHART), snapshot.state
+        content = chart_content(answer, second_chart(snapshot), state.per_rev)
+        content |= cursor_content(answer, snapshot.entered_beam)
+        if answer and answer.result:
+            content = with_goal(content, answer.request, state)
+        if state.tab == AdjustTab.tab.key:
+            content |= page.chart("adjust-chart", chart_parts(content))
+            if answer and answer.result:
+                content |= page.chart(
+                    "adjust-chart", axes_near_goal(content, answer.request, state)
+                )
         return (
-            with_measured(
-                chart_content(answer, second_chart(snapshot), snapshot.state.per_rev),
-                answer,
-                snapshot.state,
-            )
+            content
             | margins_content(snapshot)
             | axes_options(snapshot.state.case, "loci-over")
-            | cursor_content(answer, snapshot.entered_beam)
-            | fading(snapshot, [CHART], "loci-chart", *LISTS)
+            | fading(snapshot, [CHART], "loci-chart", "adjust-chart", *LISTS)
             | waiting(snapshot, "loci-chart-wait", self.tab)
         )
 
@@ -185,28 +197,79 @@ def chart_content(
     return content | page.html("loci-resonances", resonance_table(chart, multiples))
 
 
-def with_measured(
-    content: Content, answer: Answer[ChartRequest, Chart] | None, state: State
-) -> Content:
-    """The content of a chart with the measured frequencies, those without a value on its axis at
-    the number of the beam, each with a bar of one standard deviation to both sides."""
-    if answer is None or answer.result is None:
+def with_goal(content: Content, request: ChartRequest, state: State) -> Content:
+    """The content of a chart with what the tab Adjust aims at: the measured frequencies, or the
+    bands that are to be kept free, behind the loci."""
+    points, bars = measured_data(request, state)
+    goal = goal_of_lines(state) if request.over == "gamma" else None
+    behind = bands_to_clear(request, goal) if goal else []
+    if not (points or behind):
         return content
-    axes = along, across = answer.request.measures
-    over, points, bars = answer.request.over, list[page.Data](), list[page.Data]()
-    for k, row in enumerate(measured_points(state), 1):
-        at = dict(row.numbers).get(over, state.case.numbers[over])
+    chart = chart_parts(content)
+    added: page.Data = {
+        "lines": [*behind, *chart["lines"], *bars],
+        "marks": [*chart["marks"], *points],
+        "keys": [*chart["keys"], *page.keys([], points)],
+    }
+    if goal:
+        along, across = request.measures
+        multiples = sorted({*state.per_rev, *goal.lines})
+        added["perRev"] = {"slope": float(across.factor / along.factor), "multiples": multiples}
+        text = f"to be kept free: {100 * goal.margin:.3g} % from {listed_lines(goal.lines)}"
+        added["keys"].append({"style": "line kept-free", "text": text})
+    return content | page.chart("loci-chart", added)
+
+
+def listed_lines(multiples: tuple[int, ...]) -> str:
+    return ", ".join(f"{k} ×" for k in multiples)
+
+
+def bands_to_clear(request: ChartRequest, goal: ClearGoal) -> list[page.Data]:
+    """The band of the margin around each per-rev line between the two speeds, as a closed line."""
+    along, across = request.measures
+    bands = []
+    for line in goal.lines:
+        speeds, corners = goal.band(line)
+        place = {"at": page.sent(along.factor * speeds), "y": page.sent(across.factor * corners)}
+        bands.append({"label": "", **place, "runs": [[0, len(speeds) - 1, "kept-free", ""]]})
+    return bands
+
+
+def measured_data(request: ChartRequest, state: State) -> tuple[list[page.Data], list[page.Data]]:
+    """The measured frequencies of a chart as marks, and for each whose error is known a line of one
+    standard deviation to both sides."""
+    axes = along, across = request.measures
+    points, bars = list[page.Data](), list[page.Data]()
+    for k, (at, row) in enumerate(measured_points(state, request.over), 1):
         text = f"measured {row.mode}: {along.text(at, 4)}, {across.text(row.frequency, 5)}"
         points.append(page.mark(f"measured {k}", "measured", axes, (at, row.frequency), text))
         if math.isfinite(row.error):
             x = float(along.factor * at)
             ends = [float(across.factor * (row.frequency + d)) for d in (-row.error, row.error)]
             bars.append({"label": "", "at": [x, x], "y": ends, "runs": [[0, 1, "measured", ""]]})
-    if not points:
-        return content
-    added = {"lines": bars, "marks": points, "keys": page.keys([], points)}
-    paths = {("charts", "loci-chart", part): data for part, data in added.items()}
-    return content | {path: [*content[path], *data] for path, data in paths.items()}
+    return points, bars
+
+
+def axes_near_goal(content: Content, request: ChartRequest, state: State) -> page.Data:
+    """The axes of the chart in the tab Adjust, which end near to what is aimed at."""
+    chart, goal = chart_parts(content), state.slice(AdjustState).goal
+    points = measured_points(state, request.over) if goal == "measured" else []
+    speeds = goal_of_lines(state) if request.over == "gamma" else None
+    farthest = max((at for at, _ in points), default=0.0) if speeds is None else speeds.high
+    highest = max((row.frequency for _, row in points), default=0.0)
+    axes: page.Data = {}
+    for name, shown, end in zip("xy", request.measures, (farthest, highest), strict=True):
+        axis = chart[name]
+        first, last = axis["range"]
+        if (near := WIDER * shown.factor * end) > first:
+            axes[name] = axis | {"range": [first, min(float(near), last)]}
+    return axes
+
+
+def chart_parts(content: Content) -> page.Data:
+    """The data of the chart in the content of the page."""
+    place = ("charts", "loci-chart")
+    return {path[2]: part for path, part in content.items() if path[:2] == place}
 
 
 def no_chart(answer: Answer[ChartRequest, Chart]) -> str:

@@ -96,11 +96,11 @@ def answer_of(inputs: Inputs) -> Answer[RunUpRequest, RunUp] | None:
 
 
 def response_drawn(
-    run: RunUp, answer: SolverAnswer, view: ViewOptions, scale: float
+    run: RunUp, answer: SolverAnswer, view: ViewOptions, scale: float, frequency: float
 ) -> DrawnBeam | None:
-    """The response at the speed of an answer, as the only mode of the beam, with the phase of the
-    force, and the colours of the whole run-up; scale: [pixels per beam length]. None without
-    one."""
+    """The response at the speed of an answer, as the only mode of the beam, with the phase and the
+    frequency [1/T*] of the force, and the colours of the whole run-up; scale: [pixels per beam
+    length]. None without one."""
     if answer.solution is None:
         return None
     shapes = answer.shapes
@@ -109,7 +109,14 @@ def response_drawn(
         return None
     size, unlimited = max(PEAK * view.amplitude, 1e-9), np.full(1, np.inf)
     modes, nodes = 1j * field[None] / size, [np.zeros(0)]
-    moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes, largest=size)
+    moved = replace(
+        shapes,
+        modes=modes,
+        limits=unlimited,
+        nodes=nodes,
+        largest=size,
+        frequencies=np.full(1, frequency),
+    )
     return DrawnBeam(moved, view, scale, np.full(1, size))
 
 
@@ -211,10 +218,9 @@ class RunUpTab(Feature):
             picture = replace(picture, plays=True)
         if not (force.forced_response and run and run.result and answer):
             return picture
-        drawn = None
+        drawn, frequency = None, force.force_per_rev * answer.shapes.beam.gamma
         if not state.view.all_modes:
-            drawn = response_drawn(run.result, answer, state.view, inputs.scale)
-        frequency = force.force_per_rev * answer.shapes.beam.gamma
+            drawn = response_drawn(run.result, answer, state.view, inputs.scale, frequency)
         return replace(picture, drawn=drawn, force=frequency) if drawn else picture
 
     def content(self, snapshot: Snapshot) -> Content:

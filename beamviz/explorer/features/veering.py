@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.drawing.text import significant
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import Chart, ChartRequest, cursor, lines_data
 from beamviz.explorer.computed_veering import (
@@ -20,6 +19,10 @@ from beamviz.explorer.computed_veering import (
     VeeringRequest,
     X,
     coriolis_acts,
+    coupling_text,
+    ends_of,
+    outcome,
+    parts_of,
     uncoupled,
 )
 from beamviz.explorer.declarations import Tab
@@ -45,7 +48,6 @@ from beamviz.solver.solution import BENDING, STRETCHING
 
 JOB, UNCOUPLED = "veering", "uncoupled chart"  # names of the jobs
 SHOWN = "veering-chart", "veering-told", "veering-shapes"  # ids of what shows an answer
-EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction: exchange above, none below
 WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
 PLACES = "before", "at", "after"  # the event, at which there are shapes
 INVITATION = "No crossing or veering in the range of the chart Frequencies."
@@ -69,11 +71,24 @@ SLIDERS = "".join(
     page.slider(key, label, help, min=0, max=end, step=end / 100)
     for key, label, help, end in COUPLINGS.values()
 )
+VEERING_KINDS = {".webp": "Film (WebP)", ".gif": "Film (GIF)", ".html": "Page (HTML)"}
+FILES = page.group(
+    "Files of the opening gap",
+    *(
+        page.button(name, data_do="export_veering", data_value=suffix)
+        for suffix, name in VEERING_KINDS.items()
+    ),
+    id="veering-files",
+)
+FILES += (
+    '<div id="veering-file-work" class="row" hidden><span id="veering-file-state"></span>'
+    f"{page.button('Cancel', data_do='cancel_export')}</div>"
+)
 SKELETON = (
     f'<div class="veering-tab">{page.waiting_place("veering-chart-wait")}'
     '<div id="veering-chart" class="chart" data-chart></div>'
     f'<div class="beside"><div id="veering-coupling">{SLIDERS}<p id="veering-told"></p>'
-    '<div id="veering-events"></div></div>'
+    f'<div id="veering-events"></div>{FILES}</div>'
     '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div></div>'
 )
 
@@ -199,7 +214,7 @@ def coupling_content(answer: VeeringAnswer | None, state: State) -> Content:
     content = page.props("coriolis", data_part=part)
     for name, (key, *_) in COUPLINGS.items():
         content |= page.props(f"{key}-row", hidden=not shown[name])
-    return content
+    return content | page.props("veering-files", hidden=not any(shown.values()))
 
 
 # The scene
@@ -242,7 +257,7 @@ def event_content(
         content |= page.html("veering-events", event_buttons(listed.result))
     if answer and pairs:
         content |= page.chart("veering-chart", pairs_data(pairs, answer.request))
-        content |= page.html("veering-told", sentence(pairs[-1], answer.request))
+        content |= page.html("veering-told", told(pairs[-1], answer.request))
         text = shape_table(pairs, answer.request) + key_of_shapes(answer.request) + text
     elif answer:
         text = page.note(answer.message) + text
@@ -290,41 +305,9 @@ def pairs_data(pairs: Pairs, request: VeeringRequest) -> page.Data:
     return {"name": "Veering, magnified", **axes, **content}
 
 
-def ends_of(pairs: Pairs) -> tuple[float, float]:
-    """The ends of the frequency axis, which a gap in the middle hardly changes."""
-    frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
-    low, high = np.nanmin(frequency), np.nanmax(frequency)
-    margin = 0.06 * (high - low)
-    return float(low - margin), float(high + margin)
-
-
-def sentence(pair: LociPair, request: VeeringRequest) -> str:
-    """The coupling, the kind of the event, its position and the gap."""
-    along, across = request.chart.measures
-    case = f"<b>{coupling_text(pair.coupling, request)}</b>: "
-    if pair.event is None:
-        return case + "the gap is too large for a veering."
-    at = f"at {along.place(pair.at)}"
-    if pair.event.kind == "crossing":
-        return f"{case}they cross {at}, uncoupled (gap 0)."
-    gap = f"{across.gap(pair.event.gap)} {across.unit}".strip()
-    first, _, last = pair.shapes[0]
-    change = first.change(last)
-    exchange = "they exchange part of their shapes"
-    if not change >= KEPT:  # or nan
-        exchange = "each keeps its family"
-    elif change > EXCHANGED:
-        exchange = "they exchange their shapes"
-    return f"{case}they veer {at} (gap {gap}); {exchange}."
-
-
-def coupling_text(coupling: float, request: VeeringRequest) -> str:
-    """A coupling in words."""
-    if request.kind == "pitch":
-        return f"pitch {significant(coupling, 4)}°"
-    if not coupling:
-        return "without Coriolis forces"
-    return "with Coriolis forces" if coupling == 1 else f"{100 * coupling:.3g} % of Coriolis"
+def told(pair: LociPair, request: VeeringRequest) -> str:
+    """The coupling and what the two loci do with it, as HTML."""
+    return f"<b>{coupling_text(pair.coupling, request)}</b>: {outcome(pair, request)}"
 
 
 def in_percent(request: VeeringRequest) -> str:
@@ -356,14 +339,6 @@ def shape_cell(key: str, place: str, shape: ModeShape, request: VeeringRequest) 
     )
     content = drawing(shape) + parts_bar(shape, request)
     return f'<button type="button"{own}>{content}</button>'
-
-
-def parts_of(shape: ModeShape, request: VeeringRequest) -> dict[str, float]:
-    """The shares of a mode, by style: of its kinetic energy in flap and lag where these meet, else
-    of its strain energy in bending and stretching."""
-    if request.kind == "pitch":
-        return {"flap": 1 - shape.in_plane_fraction, "lag": shape.in_plane_fraction}
-    return {BENDING: shape.bending_fraction, STRETCHING: 1 - shape.bending_fraction}
 
 
 def parts_text(shape: ModeShape, request: VeeringRequest) -> str:

@@ -10,10 +10,10 @@ import numpy as np
 
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import LocusLine
-from beamviz.explorer.computed_veering import LociPair, Pairs
+from beamviz.explorer.computed_veering import LociPair, Pairs, ends_of
 from beamviz.explorer.feature import Feature
 from beamviz.explorer.features.loci_chart import CHART, LociTab, current_chart
-from beamviz.explorer.features.veering import JOB, VeeringAnswer, VeeringTab, ends_of, in_percent
+from beamviz.explorer.features.veering import JOB, VeeringAnswer, VeeringTab, in_percent
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.frequency_loci import Event

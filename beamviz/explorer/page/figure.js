@@ -389,7 +389,8 @@ const beamvizFigure = (() => {
       const { y, perRev } = this.data;
       if (!perRev) return y.range;
       const steepest = Math.max(...perRev.multiples) * perRev.slope * this.range[1];
-      const lowest = Math.min(...this.lines.map((line) => Math.max(...line.y.map(Number)))); // all of it is seen
+      const loci = this.lines.filter((line) => line.label || line.second);
+      const lowest = Math.min(...loci.map((line) => Math.max(...line.y.map(Number)))); // all of it is seen
       return [y.range[0], Math.min(y.range[1], 1.05 * Math.max(steepest, lowest))];
     }
 

@@ -147,6 +147,7 @@ class Update(Message, omit_defaults=True):
     dark: bool | UnsetType = UNSET  # the theme
     address: str | UnsetType = UNSET  # the query of the page's address
     met: list[str] | UnsetType = UNSET  # lessons whose challenge is met, for the browser to keep
+    answers: list[str] | UnsetType = UNSET  # to questions of lessons, for the browser to keep
     used: list[str] | UnsetType = UNSET  # what was taken in the hand, for the browser to keep
     say: list[Said] | UnsetType = UNSET  # announcements
     ready: bool | UnsetType = UNSET  # all actions have handlers

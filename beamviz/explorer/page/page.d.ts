@@ -3,7 +3,7 @@
 type Scalar = string | number | boolean | null;
 
 /** The data-... attributes of elements. */
-type Attributes = Partial<Record<"set" | "do" | "value" | "paste" | "dialog" | "point" | "unit" | "row" | "panel" | "panels" | "aside" | "of" | "tones", string>>;
+type Attributes = Partial<Record<"set" | "do" | "copy" | "value" | "paste" | "dialog" | "point" | "unit" | "row" | "panel" | "panels" | "aside" | "of" | "tones", string>>;
 
 /** An element of the page, with the properties of all its controls and dialogs, and our own: typed:
     it has a number that the server has not; unsent: its text was changed since it was last sent;
@@ -13,6 +13,7 @@ interface Part extends HTMLInputElement {
   readonly parentElement: Part | null;
   readonly dataset: Attributes;
   open: boolean;
+  selected: boolean;
   show(): void;
   showModal(): void;
   close(): void;

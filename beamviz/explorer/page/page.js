@@ -136,6 +136,7 @@ const beamviz = (() => {
     if (update.ready) {
       sendPreferences();
       send("met", localStorage.getItem("beamviz-met") ?? "");
+      send("answers", `${voter()} ${localStorage.getItem("beamviz-answers") ?? ""}`);
       send("used", localStorage.getItem("beamviz-used") ?? "");
       send("link", location.search.slice(0, LONGEST));
     }
@@ -156,6 +157,7 @@ const beamviz = (() => {
     }
     if (update.used) localStorage.setItem("beamviz-used", update.used.join(" "));
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
+    if (update.answers?.length) localStorage.setItem("beamviz-answers", update.answers.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
   }
 
@@ -164,8 +166,18 @@ const beamviz = (() => {
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
 
-  /** @type {(query: string) => string} */
-  const lessonOf = (query) => new URLSearchParams(query).get("lesson") ?? "";
+  /* A random name of this tab of the browser, by which a lecture counts each answer once. */
+  function voter() {
+    const name = sessionStorage.getItem("beamviz-voter") ?? Math.random().toString(36).slice(2);
+    sessionStorage.setItem("beamviz-voter", name);
+    return name;
+  }
+
+  /** @type {(query: string) => string} the open lesson, in words of our own for one from a teacher */
+  const lessonOf = (query) => {
+    const keys = new URLSearchParams(query);
+    return keys.get("lesson") ?? (keys.has("own_step") ? "own" : "");
+  };
 
   /**
    * Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE.
@@ -363,8 +375,11 @@ const beamviz = (() => {
           const kept = (there.matches(ALL) && own.test(name)) || (left && name === "open");
           if (!node.hasAttribute(name) && !kept) there.removeAttribute(name);
         }
-        for (const { name, value } of node.attributes)
-          if (there.getAttribute(name) !== value && !(isLeft && name === "open")) there.setAttribute(name, value);
+        for (const { name, value } of node.attributes) {
+          if (there.getAttribute(name) === value || (isLeft && name === "open")) continue;
+          there.setAttribute(name, value);
+          if (name === "selected") there.selected = true;
+        }
         if (!there.hasAttribute("data-chart")) morph(there, node);
       }
     }
@@ -493,9 +508,10 @@ const beamviz = (() => {
     field?.select();
   }
 
-  function copyLink() {
-    const copied = navigator.clipboard?.writeText(location.href);
-    if (!copied) return say(`Copy the address of this page: ${location.href}`, true);
+  /** @param {string} link */
+  function copyLink(link) {
+    const copied = navigator.clipboard?.writeText(link);
+    if (!copied) return say(`Copy this address: ${link}`, true);
     copied.then(() => say("Link copied", true), () => say("The browser did not copy the link", true));
   }
 
@@ -696,11 +712,12 @@ const beamviz = (() => {
     document.addEventListener("click", (event) => {
       const e = targetOf(event), tab = e.closest(TAB), acting = e.closest(ACT);
       const dialog = e.closest("[data-dialog]"), pointing = e.closest("[data-point]");
-      const view = e.closest("[data-panel]");
+      const view = e.closest("[data-panel]"), copying = e.closest("[data-copy]");
       if (tab) openTab(panelOf(tab));
       else if (view) openTab(byId(view.dataset.panel ?? ""));
       else if (pointing) point(pointing.dataset.point ?? "");
-      else if (e.closest("#copy-link")) copyLink();
+      else if (e.closest("#copy-link")) copyLink(location.href);
+      else if (copying) copyLink(`${location.origin}${location.pathname}?${copying.dataset.copy}`);
       else if (e.closest("#save-picture")) savePicture();
       else if (e.closest("#enlarge")) byId("enlarge").ariaPressed = String(document.body.classList.toggle("enlarged"));
       else if (e.closest("#digits")) showDigits(byId("digits").ariaPressed !== "true");

@@ -27,6 +27,8 @@ NAMES = {  # other names of the columns, in small letters
 }
 COLUMNS = (*FREQUENCIES, "error", "mode", *NUMBERS, *BY_NAME)
 MOST_ROWS = 1000
+HELD = 1e-6  # distance of a number of a measured frequency from that of a chart
+WHOLE = 1e15  # below it whole numbers are exact in their digits
 
 
 class MeasuredFrequency(NamedTuple):
@@ -42,10 +44,8 @@ class MeasuredFrequency(NamedTuple):
 def measured_frequencies(beam: Beam, measured: Any) -> list[MeasuredFrequency]:
     """The rows of a CSV file, or of a table: a mapping of columns, a DataFrame, or a sequence of
     mappings. Raises InvalidInput."""
-    if isinstance(measured, str | Path):
-        name, columns = str(measured), columns_of_file(Path(measured))
-    else:
-        name, columns = "measured", columns_of_table(measured)
+    name = str(measured) if isinstance(measured, str | Path) else "measured"
+    columns = columns_of(measured)
     rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
     if not 1 <= len(rows) <= MOST_ROWS:
         raise InvalidInput(f"{name}: {len(rows)} frequencies: must be 1 .. {MOST_ROWS}")
@@ -58,6 +58,44 @@ def measured_frequencies(beam: Beam, measured: Any) -> list[MeasuredFrequency]:
     if len({math.isnan(row.error) for row in read}) > 1:
         raise InvalidInput(f"{name}: give the error of every frequency, or of none")
     return read
+
+
+def measured_columns(beam: Beam, measured: Any) -> dict[str, list[float | str]]:
+    """The columns of measured frequencies by name, as a scene file has them: numbers, and labels of
+    modes, without empty columns. Raises InvalidInput, as `measured_frequencies`."""
+    columns = columns_of(measured)
+    measured_frequencies(beam, columns)
+    return {
+        name: [label_in(cell) if name == "mode" else float(cell) for cell in cells]
+        for name, cells in columns.items()
+        if not all(map(is_empty, cells))
+    }
+
+
+def points_over(
+    beam: Beam, over: str, rows: Iterable[MeasuredFrequency]
+) -> list[tuple[float, MeasuredFrequency]]:
+    """The measured frequencies of a chart of a beam over one of its numbers, each at its value of
+    that number, by default that of the beam. Those at other numbers than the beam has belong to
+    another chart."""
+    points = []
+    for row in rows:
+        numbers = dict(row.numbers)
+        at = numbers.pop(over, getattr(beam, over))
+        held = (
+            math.isclose(getattr(beam, name), value, rel_tol=HELD, abs_tol=HELD)
+            for name, value in numbers.items()
+        )
+        if all(held):
+            points.append((at, row))
+    return points
+
+
+def columns_of(measured: Any) -> dict[str, list[Any]]:
+    """The columns of a CSV file or of a table by name. Raises InvalidInput."""
+    if isinstance(measured, str | Path):
+        return columns_of_file(Path(measured))
+    return columns_of_table(measured)
 
 
 def columns_of_file(path: Path) -> dict[str, list[Any]]:
@@ -84,6 +122,34 @@ def columns_of_text(text: str, source: str = "measured") -> dict[str, list[Any]]
     return {name: [row.cells[k] for row in below] for k, name in enumerate(names)}
 
 
+def text_of_columns(columns: Mapping[str, list[Any]]) -> str:
+    """The text of a CSV file that `columns_of_text` reads."""
+    lines = zip(*columns.values(), strict=True)
+    texts = [columns.keys(), *(map(cell_text, line) for line in lines)]
+    return "\n".join(", ".join(text).rstrip() for text in texts)
+
+
+def cell_text(cell: Any) -> str:
+    """The text of a cell; whole numbers without a decimal point."""
+    if isinstance(cell, float):
+        return f"{cell:.0f}" if cell.is_integer() and abs(cell) < WHOLE else repr(cell)
+    return str(cell)
+
+
+def with_mode(text: str, row: int, label: str) -> str:
+    """The text of a CSV file with another mode of a row, counted from 0; label: "" for the nearest
+    one. Raises InvalidInput."""
+    columns = columns_of_text(text)
+    count = len(next(iter(columns.values())))
+    if not 0 <= row < count:
+        raise InvalidInput(f"row {row + 1}: must lie in 1 .. {count}")
+    modes = columns.setdefault("mode", [""] * count)
+    modes[row] = check_label(label, f"row {row + 1}") if label else ""
+    if all(map(is_empty, modes)):
+        del columns["mode"]
+    return text_of_columns(columns)
+
+
 def columns_of_table(table: Any) -> dict[str, list[Any]]:
     """The columns of a table by name. Raises InvalidInput."""
     if hasattr(table, "to_dict"):  # of pandas
@@ -94,12 +160,18 @@ def columns_of_table(table: Any) -> dict[str, list[Any]]:
             raise InvalidInput("measured: must be a file, a table of columns, or a list of records")
         table = {name: [record.get(name) for record in records] for name in records[0]}
     columns = {
-        column_name(str(name), "measured"): list(np.atleast_1d(np.asarray(column, object)))
-        for name, column in table.items()
+        column_name(str(name), "measured"): cells_of(column) for name, column in table.items()
     }
     if len({len(column) for column in columns.values()}) > 1:
         raise InvalidInput("measured: the columns must be of the same length")
     return columns
+
+
+def cells_of(column: Any) -> list[Any]:
+    """The cells of a column: a list, an array, or one number."""
+    if isinstance(column, list | tuple):
+        return list(column)
+    return list(np.atleast_1d(np.asarray(column, object)))
 
 
 def column_name(text: str, source: str) -> str:
@@ -130,7 +202,7 @@ def measured_row(beam: Beam, row: dict[str, Any], frequency: str, place: str) ->
     return MeasuredFrequency(
         positive_in(row[frequency], f"{place}, {frequency}") * unit,
         math.nan if is_empty(error) else positive_in(error, f"{place}, error") * unit,
-        "" if is_empty(row.get("mode")) else check_label(str(row["mode"]), place),
+        check_label(label, place) if (label := label_in(row.get("mode"))) else "",
         tuple(sorted(numbers)),
     )
 
@@ -140,6 +212,11 @@ def frequency_unit(units: Units | None, place: str) -> float:
     if units is None:
         raise InvalidInput(f"{place}: hertz needs the size of the beam: give it in SI units")
     return float(1 / units.hertz(1.0))
+
+
+def label_in(cell: Any) -> str:
+    """The label of a mode in a cell, "" for none."""
+    return "" if is_empty(cell) else str(cell).strip()
 
 
 def is_empty(cell: Any) -> bool:
