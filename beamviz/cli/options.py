@@ -279,7 +279,8 @@ def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
 
     def call(given: dict[str, Any], remaining: dict[str, Any]) -> None:
         if given["scene"]:
-            scene = scene_from_options(**given, **dict.fromkeys(("lesson", *LOOK)))
+            usual: dict[str, Any] = dict.fromkeys(("lesson", *LOOK))
+            scene = scene_from_options(**given, **usual)
             beam, options, measured = scene.beam, scene.options, scene.measured
         else:
             values = {name: given[name] for name in given if name not in ("context", "scene")}

@@ -410,6 +410,7 @@ def test_the_beam_stays_whole_while_its_pieces_change(drawn):
 @pytest.mark.slow
 def test_a_saved_picture_equals_the_scene(drawn):
     """The moment, the viewpoint, the background of the page, and captions where they are on it."""
+    drawn.send("used", "pull turn")  # hints are not in it
     drawn.send("playing", False, until="document.getElementById('play').ariaPressed === 'false'")
     drawn.next_frame(10)
     pixels = saved(drawn)
