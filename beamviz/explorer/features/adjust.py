@@ -53,6 +53,7 @@ NAMES = {
 }
 MAX_CHARACTERS = 50_000  # of the measured frequencies
 STRONG = 0.95  # a correlation that is told
+ROUNDING = 1e-9  # [%] a smaller effect of a number is none
 JOB, EFFECTS = "adjusted beam", "sensitivities"
 
 Bounds = tuple[float, float]
@@ -542,7 +543,8 @@ def effects_of(case: Case) -> list[tuple[str, dict[str, float]]]:
     for name, slopes in solution.sensitivities.items():
         low, high = usual_bounds(solution.beam, name)
         width = solution.beam.root if name == "root" else high - low
-        steps[name] = slopes * width / solution.frequencies
+        effects = slopes * width / solution.frequencies
+        steps[name] = np.where(abs(effects) < ROUNDING, 0.0, effects)
     return [
         (label, {name: float(each[k]) for name, each in steps.items() if np.isfinite(each[k])})
         for k, label in enumerate(solution.labels)
@@ -565,6 +567,6 @@ def effects_html(snapshot: Snapshot) -> str:
         effect = effects[name]
         kind = "adjust-bar" + (" falls" if effect < 0 else "")
         bar = f'<span class="{kind}" style="width:{100 * abs(effect) / largest:.1f}%"></span>'
-        rows.append((escape(display(name, beam).label), bar, f"{effect:+.3g}"))
+        rows.append((escape(display(name, beam).label), bar, f"{effect:+.3g}" if effect else "0"))
     caption = f"What moves {escape(label)} most: % per hundredth of the range of each number"
     return page.table("sensitivities", ("number", "effect", "%"), rows, caption=caption)
