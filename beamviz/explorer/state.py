@@ -135,6 +135,7 @@ class Case:
         """With one number or keyword of `solve` changed; a spin-up replaces straight by stable."""
         if name in self.numbers:
             case = replace(self, numbers={**self.numbers, name: value})
+            case = case.with_height_of(self) if name == "mu" else case
             straight = name == "spin_up" and value and self.options["state"] == "straight"
             return case.with_options(state="stable") if straight else case
         if name in TERMS:
@@ -143,6 +144,15 @@ class Case:
             case = self.with_options(**{name: value})
             return case.with_resolution() if name == "method" else case
         return self
+
+    def with_height_of(self, before: Self) -> Self:
+        """With a section of the same shape as before a change of mu: its height follows its radius
+        of gyration L / mu."""
+        units = self.units
+        if units is None or units.section_height is None or not (self.in_range and before.in_range):
+            return self
+        height = units.section_height * before.numbers["mu"] / self.numbers["mu"]
+        return replace(self, units=replace(units, section_height=height))
 
     def with_resolution(self) -> Self:
         """With the usual resolution where the method does not take the present one, which no

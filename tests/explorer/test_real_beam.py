@@ -18,7 +18,7 @@ from live.visitor import Visitor
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
-from beamviz.explorer.state import State
+from beamviz.explorer.state import Case, State
 from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -388,3 +388,13 @@ def test_a_value_in_another_unit_gets_a_note(guest):
     assert "g/cm³" not in guest.text
     fill(guest, density=7.85)
     assert guest.says("a density in g/cm³")
+
+
+@pytest.mark.parametrize("mu", [20.0, 500.0])
+def test_a_slenderness_changes_the_height_of_the_section(mu):
+    """Of the same shape: its link is read again, and a rectangle stays one."""
+    case = Case.of(Scene(real_beam.STEEL_BEAM.beam)).changed("mu", mu)
+    beam = case.beam
+    assert beam.units.section_height / beam.units.length == pytest.approx(math.sqrt(12) / mu)
+    again = Scene.from_bytes(Scene(beam).to_toml().encode(), "scene").beam
+    assert again.mu == pytest.approx(mu)
