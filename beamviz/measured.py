@@ -1,6 +1,7 @@
 """Measured frequencies: of a CSV file, a table or targets, in the T* of the given beam."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,6 +27,7 @@ NAMES = {  # other names of the columns, in small letters
     "omega": "frequency",
 }
 COLUMNS = (*FREQUENCIES, "error", "mode", *NUMBERS, *BY_NAME)
+LABEL = re.compile(r"[BSFL]([1-9][0-9]?)")  # of a mode
 MOST_ROWS = 1000
 HELD = 1e-6  # distance of a number of a measured frequency from that of a chart
 WHOLE = 1e15  # below it whole numbers are exact in their digits
@@ -242,7 +244,8 @@ def positive_in(cell: Any, place: str) -> float:
 def check_label(label: str, place: str) -> str:
     """A label of a mode, as B1. Raises InvalidInput."""
     label = label.strip()
-    if label[:1] not in "BSFL" or not label[1:].isdigit() or not 1 <= int(label[1:]) <= MAX_MODES:
+    match = LABEL.fullmatch(label)
+    if match is None or int(match[1]) > MAX_MODES:
         raise InvalidInput(f"{place}, mode = {label!r}: must be a label, as B1, S1, F1 or L1")
     return label
 

@@ -153,6 +153,17 @@ def test_each_point_shows_its_mode_which_can_be_changed(guest, session):
     assert len(typed().splitlines()) == 3
 
 
+def test_a_label_with_a_raised_digit_is_told(guest, session):
+    """ "²" is a digit, and no number."""
+    guest.do("tab", "adjust")
+    guest.do("adjust.measured", "mode, frequency\nB², 22")
+    guest.wait(lambda _: "mode = &#x27;B²&#x27;" in guest.texts["adjust-wrong"])
+    guest.do("adjust.measured", "mode, frequency\nB2, 22")
+    for wrong in ("² B1", "0 B²"):
+        guest.do("adjust.match", wrong)
+        assert session.visitor.state.slice(AdjustState).measured == "mode, frequency\nB2, 22"
+
+
 def test_a_scene_file_brings_measured_frequencies_back(guest, session):
     """What has an error is not saved."""
     guest.do("adjust.measured", measured(0.7, 0.6))

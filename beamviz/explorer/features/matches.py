@@ -65,7 +65,7 @@ class Matches(Feature):
         row, _, label = str(text).partition(" ")
         with self.visitor.reporting("The mode was not changed"):
             chosen = self.visitor.state.slice(AdjustState)
-            if not row.isdigit():
+            if not row.isdecimal():
                 raise InvalidInput(f"{text}: must be a row and a mode")
             measured = with_mode(chosen.measured, int(row), label)
             self.visitor.change(lambda state: state.with_values(AdjustState, measured=measured))
