@@ -164,6 +164,17 @@ def test_a_label_with_a_raised_digit_is_told(guest, session):
         assert session.visitor.state.slice(AdjustState).measured == "mode, frequency\nB2, 22"
 
 
+def test_many_settings_are_compared_by_no_edit(guest, session):
+    """The beam is not solved at each of hundreds of speeds unasked; too many lines are refused."""
+    guest.do("tab", "adjust")
+    speeds = [f"{k / 100}, 3.5" for k in range(300)]
+    guest.do("adjust.measured", "\n".join(["gamma, frequency", *speeds]))
+    guest.wait(lambda _: "residuals are shown for up to 40" in guest.texts["adjust-matches"])
+    assert not guest.texts["adjust-wrong"]
+    guest.do("adjust.measured", "frequency\n" + 20_000 * "1\n")
+    guest.wait(lambda _: "20001 lines: must be 1 .. 1000" in guest.texts["adjust-wrong"])
+
+
 def test_a_scene_file_brings_measured_frequencies_back(guest, session):
     """What has an error is not saved."""
     guest.do("adjust.measured", measured(0.7, 0.6))

@@ -29,10 +29,9 @@ from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.measured import (
     MeasuredFrequency,
-    columns_of_text,
     measured_columns,
-    measured_frequencies,
     points_over,
+    table_of_text,
     target_frequencies,
     text_of_columns,
 )
@@ -128,8 +127,8 @@ class AdjustState(Slice):
         """With the measured frequencies, unless there is an error in them."""
         if self.measured.strip():
             with contextlib.suppress(InvalidInput):
-                columns = measured_columns(scene.beam, columns_of_text(self.measured))
-                return replace(scene, measured=columns)
+                table = table_of_text(self.measured, scene.beam.units)
+                return replace(scene, measured=measured_columns(scene.beam, table.columns))
         return scene
 
     def loaded(self, scene: Scene) -> Self:
@@ -179,9 +178,7 @@ class AdjustRequest(NamedTuple):
 def keywords_of(chosen: AdjustState, beam: Beam) -> dict[str, Any]:
     """The keywords of `adjust` of a goal. Raises InvalidInput for what is typed wrong."""
     if chosen.goal == "measured":
-        columns = columns_of_text(chosen.measured)
-        measured_frequencies(beam, columns)
-        return {"measured": columns}
+        return {"measured": table_of_text(chosen.measured, beam.units).columns}
     if chosen.goal == "targets":
         targets = targets_of(chosen.targets)
         target_frequencies(beam, targets)
@@ -232,7 +229,7 @@ def measured_points(state: State, over: str) -> list[tuple[float, MeasuredFreque
     if text.strip():
         with contextlib.suppress(InvalidInput):
             beam = state.case.beam
-            return points_over(beam, over, measured_frequencies(beam, columns_of_text(text)))
+            return points_over(beam, over, table_of_text(text, beam.units).rows)
     return []
 
 
@@ -375,12 +372,12 @@ class AdjustTab(Feature):
 
     def content(self, snapshot: Snapshot) -> Content:
         state = snapshot.state
-        status = snapshot.jobs[JOB]
+        status, wrong = snapshot.jobs[JOB], wrong_of(state)
         working = progress([status]) if status.late else cancelled([status])
         return (
-            goal_content(state)
+            goal_content(state, wrong)
             | rows_content(state.case)
-            | page.props("adjust-button", disabled=bool(wrong_of(state)) or status.late)
+            | page.props("adjust-button", disabled=bool(wrong) or status.late)
             | page.html("adjust-work", working)
             | page.html("adjust-answer", answer_html(state))
             | page.html("adjust-effects", effects_html(snapshot))
@@ -454,7 +451,7 @@ def with_bound(name: str, k: int, state: State, value: Any) -> State:
     return state.with_values(AdjustState, free=tuple(free.items()))
 
 
-def goal_content(state: State) -> Content:
+def goal_content(state: State, wrong: str) -> Content:
     """The fields of the goal, and what is wrong in them."""
     chosen = state.slice(AdjustState)
     content: Content = {}
@@ -465,9 +462,7 @@ def goal_content(state: State) -> Content:
     typed = chosen.measured if chosen.goal == "measured" else chosen.targets
     is_empty = chosen.goal != "clear" and not typed.strip()
     invitation = "<p>Type, paste or open the frequencies that the beam is to have.</p>"
-    return content | page.html(
-        "adjust-wrong", invitation if is_empty else page.note(wrong_of(state))
-    )
+    return content | page.html("adjust-wrong", invitation if is_empty else page.note(wrong))
 
 
 def rows_content(case: Case) -> Content:

@@ -12,21 +12,21 @@ from beamviz.drawing.text import frequencies, in_words, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, fading
-from beamviz.explorer.features.adjust import AdjustState, AdjustTab, keywords_of
+from beamviz.explorer.features.adjust import AdjustState, AdjustTab, targets_of
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.measured import (
     MeasuredFrequency,
-    measured_frequencies,
+    table_of_text,
     target_frequencies,
     with_mode,
 )
 from beamviz.units import Units
 
 JOB, TABLE = "matches", "adjust-matches"
-READ = {"measured": measured_frequencies, "targets": target_frequencies}  # by goal
+MOST_SETTINGS = 40  # of the beam, for each of which it is solved after every edit
 
 
 class MatchRequest(NamedTuple):
@@ -41,13 +41,21 @@ class MatchRequest(NamedTuple):
         """That of a state; None where no frequencies are given. Raises InvalidInput for what is
         typed wrong."""
         chosen, beam = state.slice(AdjustState), state.case.beam
-        if chosen.goal not in READ:
-            return None
-        given = keywords_of(chosen, beam)[chosen.goal]
-        return cls(state.case, chosen.goal, tuple(READ[chosen.goal](beam, given)))
+        if chosen.goal == "measured":
+            return cls(state.case, chosen.goal, table_of_text(chosen.measured, beam.units).rows)
+        if chosen.goal == "targets":
+            targets = target_frequencies(beam, targets_of(chosen.targets))
+            return cls(state.case, chosen.goal, tuple(targets))
+        return None
 
     def comparison(self) -> Comparison:
-        """Raises InvalidInput, for modes of another plane."""
+        """Raises InvalidInput, for modes of another plane, and for too many settings."""
+        count = len({row.numbers for row in self.rows})
+        if count > MOST_SETTINGS:
+            raise InvalidInput(
+                f"measured at {count} speeds or other numbers: residuals are shown for up to"
+                f" {MOST_SETTINGS}; Adjust fits all"
+            )
         options = {name: value for name, value in self.case.options.items() if name != "modes"}
         return compared(self.case.beam, [*self.rows], options)
 
