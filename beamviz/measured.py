@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.blade_files.delimited import filled_lines, names_with_units, rows_of
+from beamviz.blade_files.delimited import delimiter_of, filled_lines, names_with_units, rows_of
 from beamviz.blade_files.table import Row, Text
 from beamviz.checks import check_float
 from beamviz.conversions import parse_quantity, unit_size
@@ -178,17 +178,33 @@ def cell_text(cell: Any) -> str:
 
 
 def with_mode(text: str, row: int, label: str) -> str:
-    """The text of a CSV file with another mode of a row, counted from 0; label: "" for the nearest
-    one. Raises InvalidInput."""
+    """The text of a CSV file with another mode of a row, counted from 0, and all else as it is;
+    label: "" for the nearest one. Raises InvalidInput."""
     columns = columns_of_text(text)
     count = len(next(iter(columns.values())))
     if not 0 <= row < count:
         raise InvalidInput(f"row {row + 1}: must lie in 1 .. {count}")
-    modes = columns.setdefault("mode", [""] * count)
-    modes[row] = check_label(label, f"row {row + 1}") if label else ""
-    if all(map(is_empty, modes)):
-        del columns["mode"]
-    return text_of_columns(columns)
+    label = check_label(label, f"row {row + 1}") if label else ""
+    names, file, lines = [*columns], Text("measured", text), text.splitlines()
+    mark = delimiter_of([line.text for line in filled_lines(file)])
+    rows = rows_of(file)
+    chosen, has_modes = rows[len(rows) - count + row], "mode" in names
+    place = names.index("mode") if has_modes else len(names)
+    for each in [chosen] if has_modes and mark != " " else rows:
+        cells = raw_cells(lines[each.line - 1], each, mark)
+        if not has_modes:
+            cells.append(" mode" if each is rows[0] else " ")
+        if each is chosen:
+            blanks = len(cells[place]) - len(cells[place].lstrip())
+            cells[place] = cells[place][:blanks] + label
+        lines[each.line - 1] = (mark.strip(" ") or ",").join(cells).rstrip(" ")
+    return "\n".join(lines)
+
+
+def raw_cells(line: str, row: Row, mark: str) -> list[str]:
+    """The cells of a line with the blanks around them, as they are typed; without them where blanks
+    separate them, or some are in quotes."""
+    return list(row.cells) if mark == " " or '"' in line else line.split(mark)
 
 
 def columns_of_table(table: Any) -> dict[str, list[Any]]:

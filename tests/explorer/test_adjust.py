@@ -153,6 +153,27 @@ def test_each_point_shows_its_mode_which_can_be_changed(guest, session):
     assert len(typed().splitlines()) == 3
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (
+            "# run 7\ngamma;omega;label\n-;1/T*;\n\n0;3,50;\n# again\n4;22,0; B1\n",
+            "# run 7\ngamma;omega;label\n-;1/T*;\n\n0;3,50;\n# again\n4;22,0; B2",
+        ),
+        ("Freq\tgamma\n3.50\t0\n22\t4", "Freq\tgamma\t mode\n3.50\t0\t\n22\t4\t B2"),
+        ("# one\nFreq\n3.50\n22", "# one\nFreq, mode\n3.50,\n22, B2"),
+        (
+            '"gamma" , mode, Freq\n"0",B1,3.50\n4,B1,22',
+            '"gamma" , mode, Freq\n"0",B1,3.50\n4,B2,22',
+        ),
+    ],
+)
+def test_a_choice_of_a_mode_keeps_all_else_of_the_text(guest, session, before, after):
+    guest.do("adjust.measured", before)
+    guest.do("adjust.match", "1 B2")
+    assert session.visitor.state.slice(AdjustState).measured == after
+
+
 def test_a_label_with_a_raised_digit_is_told(guest, session):
     """ "²" is a digit, and no number."""
     guest.do("tab", "adjust")

@@ -29,7 +29,6 @@ from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.measured import (
     MeasuredFrequency,
-    measured_columns,
     points_over,
     table_of_text,
     target_frequencies,
@@ -128,7 +127,7 @@ class AdjustState(Slice):
         if self.measured.strip():
             with contextlib.suppress(InvalidInput):
                 table = table_of_text(self.measured, scene.beam.units)
-                return replace(scene, measured=measured_columns(scene.beam, table.columns))
+                return replace(scene, measured=dict(table.columns))
         return scene
 
     def loaded(self, scene: Scene) -> Self:
