@@ -262,9 +262,9 @@ def free_row(name: str) -> str:
 
 def text_field(key: str, label: str, help: str) -> str:
     """A field for a line of text."""
-    own = page.attributes(id=f"{key}-field", type="text", data_set=f"adjust.{key}")
+    attributes = page.attributes(id=f"{key}-field", type="text", data_set=f"adjust.{key}")
     name = f'<label for="{key}-field">{escape(label)}</label>{page.hint(label, help, key)}'
-    return f'<div class="field"><span class="name">{name}</span><input{own}></div>'
+    return f'<div class="field"><span class="name">{name}</span><input{attributes}></div>'
 
 
 MEASURED_HELP = (
@@ -478,11 +478,11 @@ def answer_html(state: State) -> str:
     if outcome is None:
         return ""
     text = page.note(outcome.reason)
-    if (found := outcome.adjusted) is None:
+    if (adjusted := outcome.adjusted) is None:
         return text
-    text += numbers_table(found) + doubts(found)
-    if held := found.held:
-        speed = measure("gamma", found.units).text(held.speed, 4)
+    text += numbers_table(adjusted) + doubts(adjusted)
+    if held := adjusted.held:
+        speed = measure("gamma", adjusted.units).text(held.speed, 4)
         text += (
             f"<p>Least margin {100 * held.margin:.3g} %: mode {escape(held.mode)} and the line"
             f" {held.per_rev} × speed, at {speed}.</p>"
@@ -490,37 +490,37 @@ def answer_html(state: State) -> str:
     return text
 
 
-def numbers_table(found: Adjusted) -> str:
+def numbers_table(adjusted: Adjusted) -> str:
     rows = []
-    for name, value in found.free.items():
-        shown, error = display(name, found.beam), found.errors.get(name, math.nan)
-        known = math.isfinite(error) and name not in found.undetermined
+    for name, value in adjusted.free.items():
+        shown, error = display(name, adjusted.beam), adjusted.errors.get(name, math.nan)
+        known = math.isfinite(error) and name not in adjusted.undetermined
         deviation = f"± {significant(shown.factor * error, 2)}" if known else "–"
         rows.append((escape(shown.label), significant(shown.factor * value, 5), deviation))
-    if not found.errors:
+    if not adjusted.errors:
         return page.table("adjusted numbers", ("number", "value"), [row[:2] for row in rows])
     return page.table("adjusted numbers", ("number", "value", "standard deviation"), rows)
 
 
-def doubts(found: Adjusted) -> str:
+def doubts(adjusted: Adjusted) -> str:
     """What the data do not determine, strong correlations, bounds that were met, other answers."""
-    names = {name: display(name, found.beam).label for name in found.free}
+    names = {name: display(name, adjusted.beam).label for name in adjusted.free}
     texts = [
         f"The data do not determine {names[name]}: beams with other values fit as well."
-        for name in found.undetermined
+        for name in adjusted.undetermined
     ]
-    keys = [*found.free]
-    if found.goal != "clear":
+    keys = [*adjusted.free]
+    if adjusted.goal != "clear":
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
-            r = float(found.correlations[i, j])
+            r = float(adjusted.correlations[i, j])
             if abs(r) >= STRONG:
                 both = f"{names[keys[i]]} and {names[keys[j]]}"
                 texts.append(f"{both}: correlation {r:.3f}, hard to tell apart by these data.")
-    texts += [f"{names[name]} is at the end of its range." for name in found.at_bounds]
-    for other in found.alternatives:
+    texts += [f"{names[name]} is at the end of its range." for name in adjusted.at_bounds]
+    for alternative in adjusted.alternatives:
         values = ", ".join(
-            f"{names[name]} {significant(display(name, found.beam).factor * value, 4)}"
-            for name, value in other.items()
+            f"{names[name]} {significant(display(name, adjusted.beam).factor * value, 4)}"
+            for name, value in alternative.items()
         )
         texts.append(f"Fits as well: {values}.")
     return "".join(map(page.note, texts))

@@ -104,22 +104,22 @@ def wanted_matches(snapshot: Snapshot) -> MatchRequest | None:
         return None
 
 
-def matches_table(request: MatchRequest, found: Comparison, units: Units | None) -> str:
+def matches_table(request: MatchRequest, comparison: Comparison, units: Units | None) -> str:
     """A row for each frequency; the modes of measured ones can be changed."""
     across = frequencies(units)
-    has_errors = all(math.isfinite(match.error) for match in found.matches)
+    has_errors = all(math.isfinite(match.error) for match in comparison.matches)
     rows = []
-    for k, (row, match) in enumerate(zip(request.rows, found.matches, strict=True)):
+    for k, (row, match) in enumerate(zip(request.rows, comparison.matches, strict=True)):
         place = ", ".join(measure(name, units).text(v, 4) for name, v in match.numbers.items())
         mode = escape(match.mode)
         if request.goal == "measured":
-            mode = mode_select(k, row, match, found.choices[k])
+            mode = mode_select(k, row, match, comparison.choices[k])
         pair = across.number(match.measured), across.number(match.predicted)
         rows.append((mode, escape(place), *pair, residual_text(match.residual, has_errors)))
     goal = "measured" if request.goal == "measured" else "target"
     residual = "residual [σ]" if has_errors else "residual [%]"
     heads = ("mode", "at", f"{goal} {across.label}", "beam", residual)
-    squares = [match.residual**2 for match in found.matches if math.isfinite(match.residual)]
+    squares = [match.residual**2 for match in comparison.matches if math.isfinite(match.residual)]
     caption = "Residuals of this beam"
     if squares:
         mean = math.sqrt(sum(squares) / len(squares))
@@ -144,5 +144,5 @@ def mode_select(k: int, row: MeasuredFrequency, match: Match, labels: tuple[str,
         f"{escape(name)}</option>"
         for label, name in {"": nearest, **{label: label for label in names}}.items()
     )
-    own = page.attributes(data_set="adjust.match", aria_label=f"mode of row {k + 1}")
-    return f"<select{own}>{options}</select>"
+    attributes = page.attributes(data_set="adjust.match", aria_label=f"mode of row {k + 1}")
+    return f"<select{attributes}>{options}</select>"
