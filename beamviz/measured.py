@@ -1,14 +1,16 @@
 """Measured frequencies: of a CSV file, a table or targets, in the T* of the given beam."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.blade_files.delimited import names_with_units, rows_of
+from beamviz.blade_files.delimited import delimiter_of, filled_lines, names_with_units, rows_of
 from beamviz.blade_files.table import Row, Text
 from beamviz.checks import check_float
 from beamviz.conversions import parse_quantity, unit_size
@@ -26,7 +28,9 @@ NAMES = {  # other names of the columns, in small letters
     "omega": "frequency",
 }
 COLUMNS = (*FREQUENCIES, "error", "mode", *NUMBERS, *BY_NAME)
+LABEL = re.compile(r"[BSFL]([1-9][0-9]?)")  # of a mode
 MOST_ROWS = 1000
+HEADS = 2  # at most, the lines of names and of units
 HELD = 1e-6  # distance of a number of a measured frequency from that of a chart
 WHOLE = 1e15  # below it whole numbers are exact in their digits
 
@@ -41,23 +45,56 @@ class MeasuredFrequency(NamedTuple):
     numbers: tuple[tuple[str, float], ...]
 
 
+class MeasuredTable(NamedTuple):
+    """Measured frequencies as columns by name, and as rows."""
+
+    columns: Mapping[str, list[Any]]
+    rows: tuple[MeasuredFrequency, ...]
+
+
 def measured_frequencies(beam: Beam, measured: Any) -> list[MeasuredFrequency]:
     """The rows of a CSV file, or of a table: a mapping of columns, a DataFrame, or a sequence of
     mappings. Raises InvalidInput."""
     name = str(measured) if isinstance(measured, str | Path) else "measured"
-    columns = columns_of(measured)
-    rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
-    if not 1 <= len(rows) <= MOST_ROWS:
-        raise InvalidInput(f"{name}: {len(rows)} frequencies: must be 1 .. {MOST_ROWS}")
+    return rows_of_columns(columns_of(measured), beam.units, name)
+
+
+def rows_of_columns(
+    columns: Mapping[str, list[Any]], units: Units | None, name: str
+) -> list[MeasuredFrequency]:
+    """The rows of columns of a beam of this size; name: for messages. Raises InvalidInput."""
+    count = len(next(iter(columns.values()), []))
+    if not 1 <= count <= MOST_ROWS:
+        raise InvalidInput(f"{name}: {count} frequencies: must be 1 .. {MOST_ROWS}")
     frequencies = [f for f in FREQUENCIES if f in columns]
     if len(frequencies) != 1:
         raise InvalidInput(f"{name}: must have one of the columns {', '.join(FREQUENCIES)}")
-    read = [
-        measured_row(beam, row, frequencies[0], f"{name}: row {k}") for k, row in enumerate(rows, 1)
-    ]
-    if len({math.isnan(row.error) for row in read}) > 1:
+    rows = []
+    for k, cells in enumerate(zip(*columns.values(), strict=True), 1):
+        row = dict(zip(columns, cells, strict=True))
+        rows.append(measured_row(units, row, frequencies[0], f"{name}: row {k}"))
+    if len({math.isnan(row.error) for row in rows}) > 1:
         raise InvalidInput(f"{name}: give the error of every frequency, or of none")
-    return read
+    return rows
+
+
+def table_of_text(text: str, units: Units | None) -> MeasuredTable:
+    """The measured frequencies of the text of a CSV file, which is parsed once. Raises
+    InvalidInput."""
+    answer = parsed_text(text, units)
+    if isinstance(answer, str):
+        raise InvalidInput(answer)
+    return answer
+
+
+@lru_cache(32)
+def parsed_text(text: str, units: Units | None) -> MeasuredTable | str:
+    """A table, or what is wrong in the text."""
+    try:
+        columns = columns_of_text(text)
+        return MeasuredTable(columns, tuple(rows_of_columns(columns, units, "measured")))
+    except InvalidInput as error:
+        return str(error)
 
 
 def measured_columns(beam: Beam, measured: Any) -> dict[str, list[float | str]]:
@@ -106,9 +143,13 @@ def columns_of_file(path: Path) -> dict[str, list[Any]]:
 def columns_of_text(text: str, source: str = "measured") -> dict[str, list[Any]]:
     """The columns of the text of a CSV file by name; source: its name, for messages. Raises
     InvalidInput."""
-    rows = rows_of(Text(source, text))
-    if not rows:
+    file = Text(source, text)
+    count = len(filled_lines(file))
+    if not count:
         raise InvalidInput(f"{source}: has no rows")
+    if count > MOST_ROWS + HEADS:
+        raise InvalidInput(f"{source}: {count} lines: must be 1 .. {MOST_ROWS} frequencies")
+    rows = rows_of(file)
     cells = [list(row.cells) for row in rows]
     names = [column_name(name, source) for name in names_with_units(cells)]
     below: list[Row] = rows[len(rows) - len(cells) :]
@@ -137,17 +178,33 @@ def cell_text(cell: Any) -> str:
 
 
 def with_mode(text: str, row: int, label: str) -> str:
-    """The text of a CSV file with another mode of a row, counted from 0; label: "" for the nearest
-    one. Raises InvalidInput."""
+    """The text of a CSV file with another mode of a row, counted from 0, and all else as it is;
+    label: "" for the nearest one. Raises InvalidInput."""
     columns = columns_of_text(text)
     count = len(next(iter(columns.values())))
     if not 0 <= row < count:
         raise InvalidInput(f"row {row + 1}: must lie in 1 .. {count}")
-    modes = columns.setdefault("mode", [""] * count)
-    modes[row] = check_label(label, f"row {row + 1}") if label else ""
-    if all(map(is_empty, modes)):
-        del columns["mode"]
-    return text_of_columns(columns)
+    label = check_label(label, f"row {row + 1}") if label else ""
+    names, file, lines = [*columns], Text("measured", text), text.splitlines()
+    mark = delimiter_of([line.text for line in filled_lines(file)])
+    rows = rows_of(file)
+    chosen, has_modes = rows[len(rows) - count + row], "mode" in names
+    place = names.index("mode") if has_modes else len(names)
+    for each in [chosen] if has_modes and mark != " " else rows:
+        cells = raw_cells(lines[each.line - 1], each, mark)
+        if not has_modes:
+            cells.append(" mode" if each is rows[0] else " ")
+        if each is chosen:
+            blanks = len(cells[place]) - len(cells[place].lstrip())
+            cells[place] = cells[place][:blanks] + label
+        lines[each.line - 1] = (mark.strip(" ") or ",").join(cells).rstrip(" ")
+    return "\n".join(lines)
+
+
+def raw_cells(line: str, row: Row, mark: str) -> list[str]:
+    """The cells of a line with the blanks around them, as they are typed; without them where blanks
+    separate them, or some are in quotes."""
+    return list(row.cells) if mark == " " or '"' in line else line.split(mark)
 
 
 def columns_of_table(table: Any) -> dict[str, list[Any]]:
@@ -188,13 +245,15 @@ def column_name(text: str, source: str) -> str:
     return key
 
 
-def measured_row(beam: Beam, row: dict[str, Any], frequency: str, place: str) -> MeasuredFrequency:
+def measured_row(
+    units: Units | None, row: dict[str, Any], frequency: str, place: str
+) -> MeasuredFrequency:
     """The measured frequency of a row; its error is in the unit of the frequency."""
-    unit = frequency_unit(beam.units, place) if frequency == "hertz" else 1.0
+    unit = frequency_unit(units, place) if frequency == "hertz" else 1.0
     numbers = []
     for name, cell in row.items():
         if name not in (*FREQUENCIES, "error", "mode"):
-            number, factor = parse_over(name, beam.units)
+            number, factor = parse_over(name, units)
             value = number_in(cell, f"{place}, {name}") / factor
             low, high = NUMBERS[number].limits
             numbers.append((number, check_float(f"{place}, {number}", value, low, high)))
@@ -242,7 +301,8 @@ def positive_in(cell: Any, place: str) -> float:
 def check_label(label: str, place: str) -> str:
     """A label of a mode, as B1. Raises InvalidInput."""
     label = label.strip()
-    if label[:1] not in "BSFL" or not label[1:].isdigit() or not 1 <= int(label[1:]) <= MAX_MODES:
+    match = LABEL.fullmatch(label)
+    if match is None or int(match[1]) > MAX_MODES:
         raise InvalidInput(f"{place}, mode = {label!r}: must be a label, as B1, S1, F1 or L1")
     return label
 

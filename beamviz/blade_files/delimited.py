@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from beamviz.blade_files.data import BladeData
-from beamviz.blade_files.table import FileTable, Row, Text, is_number
+from beamviz.blade_files.table import FileLine, FileTable, Row, Text, is_number
 from beamviz.conversions import checked_unit_size
 from beamviz.errors import InvalidInput, unknown_keyword
 
@@ -52,10 +52,15 @@ class Heading(NamedTuple):
     is_fraction: bool = False
 
 
+def filled_lines(file: Text) -> list[FileLine]:
+    """The lines that are not empty and no notes."""
+    return [line for line in file.lines if line.text.strip() and line.text.strip()[0] not in NOTES]
+
+
 def rows_of(file: Text) -> list[Row]:
     """The cells of each line that is not empty and no note, with decimal points. Raises
     InvalidInput for quotes that do not end."""
-    lines = [line for line in file.lines if line.text.strip() and line.text.strip()[0] not in NOTES]
+    lines = filled_lines(file)
     if not lines:
         return []
     mark = delimiter_of([line.text for line in lines])
@@ -162,11 +167,11 @@ def heading(file: str, cell: str, units: Mapping[str, str]) -> Heading:
 
 def is_table(file: Text) -> bool:
     """Whether the first line has the name of a column."""
-    rows = [line for line in file.lines if line.text.strip() and line.text.strip()[0] not in NOTES]
-    if not rows:
+    lines = filled_lines(file)
+    if not lines:
         return False
-    cells = [cell.strip(' "') for cell in re.split(r"[;,\t]|\s{2,}", rows[0].text)]
-    names = (re.split(r"[\[(]", cell)[0].strip() for cell in (*cells, *rows[0].words))
+    cells = [cell.strip(' "') for cell in re.split(r"[;,\t]|\s{2,}", lines[0].text)]
+    names = (re.split(r"[\[(]", cell)[0].strip() for cell in (*cells, *lines[0].words))
     return any(name in COLUMNS or name.lower() in NAMES for name in names)
 
 

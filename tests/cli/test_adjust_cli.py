@@ -140,6 +140,7 @@ def test_units_on_the_command_line(run):
         ("--free beta --free beta --target B1=3", "--free beta: is given twice"),
         ("--free beta --target B1", "must be MODE=FREQUENCY"),
         ("--free beta --target B1=x", "target B1"),
+        ("--free beta --target B²=22", "mode = 'B²': must be a label"),
         ("--free betta --target B1=3", "did you mean 'beta'"),
         ("--target B1=3", "--free"),
         ("--free beta --measured none.csv", "none.csv"),

@@ -153,6 +153,49 @@ def test_each_point_shows_its_mode_which_can_be_changed(guest, session):
     assert len(typed().splitlines()) == 3
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (
+            "# run 7\ngamma;omega;label\n-;1/T*;\n\n0;3,50;\n# again\n4;22,0; B1\n",
+            "# run 7\ngamma;omega;label\n-;1/T*;\n\n0;3,50;\n# again\n4;22,0; B2",
+        ),
+        ("Freq\tgamma\n3.50\t0\n22\t4", "Freq\tgamma\t mode\n3.50\t0\t\n22\t4\t B2"),
+        ("# one\nFreq\n3.50\n22", "# one\nFreq, mode\n3.50,\n22, B2"),
+        (
+            '"gamma" , mode, Freq\n"0",B1,3.50\n4,B1,22',
+            '"gamma" , mode, Freq\n"0",B1,3.50\n4,B2,22',
+        ),
+    ],
+)
+def test_a_choice_of_a_mode_keeps_all_else_of_the_text(guest, session, before, after):
+    guest.do("adjust.measured", before)
+    guest.do("adjust.match", "1 B2")
+    assert session.visitor.state.slice(AdjustState).measured == after
+
+
+def test_a_label_with_a_raised_digit_is_told(guest, session):
+    """ "²" is a digit, and no number."""
+    guest.do("tab", "adjust")
+    guest.do("adjust.measured", "mode, frequency\nB², 22")
+    guest.wait(lambda _: "mode = &#x27;B²&#x27;" in guest.texts["adjust-wrong"])
+    guest.do("adjust.measured", "mode, frequency\nB2, 22")
+    for wrong in ("² B1", "0 B²"):
+        guest.do("adjust.match", wrong)
+        assert session.visitor.state.slice(AdjustState).measured == "mode, frequency\nB2, 22"
+
+
+def test_many_settings_are_compared_by_no_edit(guest, session):
+    """The beam is not solved at each of hundreds of speeds unasked; too many lines are refused."""
+    guest.do("tab", "adjust")
+    speeds = [f"{k / 100}, 3.5" for k in range(300)]
+    guest.do("adjust.measured", "\n".join(["gamma, frequency", *speeds]))
+    guest.wait(lambda _: "residuals are shown for up to 40" in guest.texts["adjust-matches"])
+    assert not guest.texts["adjust-wrong"]
+    guest.do("adjust.measured", "frequency\n" + 20_000 * "1\n")
+    guest.wait(lambda _: "20001 lines: must be 1 .. 1000" in guest.texts["adjust-wrong"])
+
+
 def test_a_scene_file_brings_measured_frequencies_back(guest, session):
     """What has an error is not saved."""
     guest.do("adjust.measured", measured(0.7, 0.6))

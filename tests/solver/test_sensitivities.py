@@ -98,6 +98,17 @@ def test_a_mode_without_a_frequency_has_no_sensitivity():
     assert np.isfinite(solution.sensitivities["gamma"][1])
 
 
+def test_modes_beside_one_that_diverges_have_those_of_differences():
+    """Of an inward beam beyond buckling, with Coriolis forces."""
+    beam = Beam(alpha=0.5, gamma=4, delta=-1)
+    rates = solve(beam, modes=4, coriolis=True).sensitivities
+    for number in ("alpha", "gamma", "delta"):
+        assert math.isnan(rates[number][0])
+        for k in (1, 2, 3):
+            expected = difference(beam, number, k, modes=4, coriolis=True)
+            assert rates[number][k] == pytest.approx(expected, rel=1e-4)
+
+
 @pytest.mark.parametrize("coriolis", [1.0, 0.1])
 def test_beside_a_veering(coriolis):
     """Where modes exchange their shapes within a small part of the step of another number, as those

@@ -29,10 +29,8 @@ from beamviz.explorer.state import Case, Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.measured import (
     MeasuredFrequency,
-    columns_of_text,
-    measured_columns,
-    measured_frequencies,
     points_over,
+    table_of_text,
     target_frequencies,
     text_of_columns,
 )
@@ -128,8 +126,8 @@ class AdjustState(Slice):
         """With the measured frequencies, unless there is an error in them."""
         if self.measured.strip():
             with contextlib.suppress(InvalidInput):
-                columns = measured_columns(scene.beam, columns_of_text(self.measured))
-                return replace(scene, measured=columns)
+                table = table_of_text(self.measured, scene.beam.units)
+                return replace(scene, measured=dict(table.columns))
         return scene
 
     def loaded(self, scene: Scene) -> Self:
@@ -179,9 +177,7 @@ class AdjustRequest(NamedTuple):
 def keywords_of(chosen: AdjustState, beam: Beam) -> dict[str, Any]:
     """The keywords of `adjust` of a goal. Raises InvalidInput for what is typed wrong."""
     if chosen.goal == "measured":
-        columns = columns_of_text(chosen.measured)
-        measured_frequencies(beam, columns)
-        return {"measured": columns}
+        return {"measured": table_of_text(chosen.measured, beam.units).columns}
     if chosen.goal == "targets":
         targets = targets_of(chosen.targets)
         target_frequencies(beam, targets)
@@ -232,7 +228,7 @@ def measured_points(state: State, over: str) -> list[tuple[float, MeasuredFreque
     if text.strip():
         with contextlib.suppress(InvalidInput):
             beam = state.case.beam
-            return points_over(beam, over, measured_frequencies(beam, columns_of_text(text)))
+            return points_over(beam, over, table_of_text(text, beam.units).rows)
     return []
 
 
@@ -266,9 +262,9 @@ def free_row(name: str) -> str:
 
 def text_field(key: str, label: str, help: str) -> str:
     """A field for a line of text."""
-    own = page.attributes(id=f"{key}-field", type="text", data_set=f"adjust.{key}")
+    attributes = page.attributes(id=f"{key}-field", type="text", data_set=f"adjust.{key}")
     name = f'<label for="{key}-field">{escape(label)}</label>{page.hint(label, help, key)}'
-    return f'<div class="field"><span class="name">{name}</span><input{own}></div>'
+    return f'<div class="field"><span class="name">{name}</span><input{attributes}></div>'
 
 
 MEASURED_HELP = (
@@ -375,12 +371,12 @@ class AdjustTab(Feature):
 
     def content(self, snapshot: Snapshot) -> Content:
         state = snapshot.state
-        status = snapshot.jobs[JOB]
+        status, wrong = snapshot.jobs[JOB], wrong_of(state)
         working = progress([status]) if status.late else cancelled([status])
         return (
-            goal_content(state)
+            goal_content(state, wrong)
             | rows_content(state.case)
-            | page.props("adjust-button", disabled=bool(wrong_of(state)) or status.late)
+            | page.props("adjust-button", disabled=bool(wrong) or status.late)
             | page.html("adjust-work", working)
             | page.html("adjust-answer", answer_html(state))
             | page.html("adjust-effects", effects_html(snapshot))
@@ -454,7 +450,7 @@ def with_bound(name: str, k: int, state: State, value: Any) -> State:
     return state.with_values(AdjustState, free=tuple(free.items()))
 
 
-def goal_content(state: State) -> Content:
+def goal_content(state: State, wrong: str) -> Content:
     """The fields of the goal, and what is wrong in them."""
     chosen = state.slice(AdjustState)
     content: Content = {}
@@ -465,9 +461,7 @@ def goal_content(state: State) -> Content:
     typed = chosen.measured if chosen.goal == "measured" else chosen.targets
     is_empty = chosen.goal != "clear" and not typed.strip()
     invitation = "<p>Type, paste or open the frequencies that the beam is to have.</p>"
-    return content | page.html(
-        "adjust-wrong", invitation if is_empty else page.note(wrong_of(state))
-    )
+    return content | page.html("adjust-wrong", invitation if is_empty else page.note(wrong))
 
 
 def rows_content(case: Case) -> Content:
@@ -484,11 +478,11 @@ def answer_html(state: State) -> str:
     if outcome is None:
         return ""
     text = page.note(outcome.reason)
-    if (found := outcome.adjusted) is None:
+    if (adjusted := outcome.adjusted) is None:
         return text
-    text += numbers_table(found) + doubts(found)
-    if held := found.held:
-        speed = measure("gamma", found.units).text(held.speed, 4)
+    text += numbers_table(adjusted) + doubts(adjusted)
+    if held := adjusted.held:
+        speed = measure("gamma", adjusted.units).text(held.speed, 4)
         text += (
             f"<p>Least margin {100 * held.margin:.3g} %: mode {escape(held.mode)} and the line"
             f" {held.per_rev} × speed, at {speed}.</p>"
@@ -496,37 +490,37 @@ def answer_html(state: State) -> str:
     return text
 
 
-def numbers_table(found: Adjusted) -> str:
+def numbers_table(adjusted: Adjusted) -> str:
     rows = []
-    for name, value in found.free.items():
-        shown, error = display(name, found.beam), found.errors.get(name, math.nan)
-        known = math.isfinite(error) and name not in found.undetermined
+    for name, value in adjusted.free.items():
+        shown, error = display(name, adjusted.beam), adjusted.errors.get(name, math.nan)
+        known = math.isfinite(error) and name not in adjusted.undetermined
         deviation = f"± {significant(shown.factor * error, 2)}" if known else "–"
         rows.append((escape(shown.label), significant(shown.factor * value, 5), deviation))
-    if not found.errors:
+    if not adjusted.errors:
         return page.table("adjusted numbers", ("number", "value"), [row[:2] for row in rows])
     return page.table("adjusted numbers", ("number", "value", "standard deviation"), rows)
 
 
-def doubts(found: Adjusted) -> str:
+def doubts(adjusted: Adjusted) -> str:
     """What the data do not determine, strong correlations, bounds that were met, other answers."""
-    names = {name: display(name, found.beam).label for name in found.free}
+    names = {name: display(name, adjusted.beam).label for name in adjusted.free}
     texts = [
         f"The data do not determine {names[name]}: beams with other values fit as well."
-        for name in found.undetermined
+        for name in adjusted.undetermined
     ]
-    keys = [*found.free]
-    if found.goal != "clear":
+    keys = [*adjusted.free]
+    if adjusted.goal != "clear":
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
-            r = float(found.correlations[i, j])
+            r = float(adjusted.correlations[i, j])
             if abs(r) >= STRONG:
                 both = f"{names[keys[i]]} and {names[keys[j]]}"
                 texts.append(f"{both}: correlation {r:.3f}, hard to tell apart by these data.")
-    texts += [f"{names[name]} is at the end of its range." for name in found.at_bounds]
-    for other in found.alternatives:
+    texts += [f"{names[name]} is at the end of its range." for name in adjusted.at_bounds]
+    for alternative in adjusted.alternatives:
         values = ", ".join(
-            f"{names[name]} {significant(display(name, found.beam).factor * value, 4)}"
-            for name, value in other.items()
+            f"{names[name]} {significant(display(name, adjusted.beam).factor * value, 4)}"
+            for name, value in alternative.items()
         )
         texts.append(f"Fits as well: {values}.")
     return "".join(map(page.note, texts))

@@ -12,21 +12,21 @@ from beamviz.drawing.text import frequencies, in_words, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, fading
-from beamviz.explorer.features.adjust import AdjustState, AdjustTab, keywords_of
+from beamviz.explorer.features.adjust import AdjustState, AdjustTab, targets_of
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.measured import (
     MeasuredFrequency,
-    measured_frequencies,
+    table_of_text,
     target_frequencies,
     with_mode,
 )
 from beamviz.units import Units
 
 JOB, TABLE = "matches", "adjust-matches"
-READ = {"measured": measured_frequencies, "targets": target_frequencies}  # by goal
+MOST_SETTINGS = 40  # of the beam, for each of which it is solved after every edit
 
 
 class MatchRequest(NamedTuple):
@@ -41,13 +41,21 @@ class MatchRequest(NamedTuple):
         """That of a state; None where no frequencies are given. Raises InvalidInput for what is
         typed wrong."""
         chosen, beam = state.slice(AdjustState), state.case.beam
-        if chosen.goal not in READ:
-            return None
-        given = keywords_of(chosen, beam)[chosen.goal]
-        return cls(state.case, chosen.goal, tuple(READ[chosen.goal](beam, given)))
+        if chosen.goal == "measured":
+            return cls(state.case, chosen.goal, table_of_text(chosen.measured, beam.units).rows)
+        if chosen.goal == "targets":
+            targets = target_frequencies(beam, targets_of(chosen.targets))
+            return cls(state.case, chosen.goal, tuple(targets))
+        return None
 
     def comparison(self) -> Comparison:
-        """Raises InvalidInput, for modes of another plane."""
+        """Raises InvalidInput, for modes of another plane, and for too many settings."""
+        count = len({row.numbers for row in self.rows})
+        if count > MOST_SETTINGS:
+            raise InvalidInput(
+                f"measured at {count} speeds or other numbers: residuals are shown for up to"
+                f" {MOST_SETTINGS}; Adjust fits all"
+            )
         options = {name: value for name, value in self.case.options.items() if name != "modes"}
         return compared(self.case.beam, [*self.rows], options)
 
@@ -65,7 +73,7 @@ class Matches(Feature):
         row, _, label = str(text).partition(" ")
         with self.visitor.reporting("The mode was not changed"):
             chosen = self.visitor.state.slice(AdjustState)
-            if not row.isdigit():
+            if not row.isdecimal():
                 raise InvalidInput(f"{text}: must be a row and a mode")
             measured = with_mode(chosen.measured, int(row), label)
             self.visitor.change(lambda state: state.with_values(AdjustState, measured=measured))
@@ -96,22 +104,22 @@ def wanted_matches(snapshot: Snapshot) -> MatchRequest | None:
         return None
 
 
-def matches_table(request: MatchRequest, found: Comparison, units: Units | None) -> str:
+def matches_table(request: MatchRequest, comparison: Comparison, units: Units | None) -> str:
     """A row for each frequency; the modes of measured ones can be changed."""
     across = frequencies(units)
-    has_errors = all(math.isfinite(match.error) for match in found.matches)
+    has_errors = all(math.isfinite(match.error) for match in comparison.matches)
     rows = []
-    for k, (row, match) in enumerate(zip(request.rows, found.matches, strict=True)):
+    for k, (row, match) in enumerate(zip(request.rows, comparison.matches, strict=True)):
         place = ", ".join(measure(name, units).text(v, 4) for name, v in match.numbers.items())
         mode = escape(match.mode)
         if request.goal == "measured":
-            mode = mode_select(k, row, match, found.choices[k])
+            mode = mode_select(k, row, match, comparison.choices[k])
         pair = across.number(match.measured), across.number(match.predicted)
         rows.append((mode, escape(place), *pair, residual_text(match.residual, has_errors)))
     goal = "measured" if request.goal == "measured" else "target"
     residual = "residual [σ]" if has_errors else "residual [%]"
     heads = ("mode", "at", f"{goal} {across.label}", "beam", residual)
-    squares = [match.residual**2 for match in found.matches if math.isfinite(match.residual)]
+    squares = [match.residual**2 for match in comparison.matches if math.isfinite(match.residual)]
     caption = "Residuals of this beam"
     if squares:
         mean = math.sqrt(sum(squares) / len(squares))
@@ -136,5 +144,5 @@ def mode_select(k: int, row: MeasuredFrequency, match: Match, labels: tuple[str,
         f"{escape(name)}</option>"
         for label, name in {"": nearest, **{label: label for label in names}}.items()
     )
-    own = page.attributes(data_set="adjust.match", aria_label=f"mode of row {k + 1}")
-    return f"<select{own}>{options}</select>"
+    attributes = page.attributes(data_set="adjust.match", aria_label=f"mode of row {k + 1}")
+    return f"<select{attributes}>{options}</select>"
