@@ -2,6 +2,7 @@
 
 import random
 import re
+import time
 from typing import Any
 
 import pytest
@@ -12,7 +13,13 @@ from live.visitor import catch_up, visitor
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer, serve
 from beamviz.explorer.features.lessons import LessonState
-from beamviz.explorer.features.own_lessons import RIGHT, SENT, WRONG, OwnLessonState
+from beamviz.explorer.features.own_lessons import (
+    RIGHT,
+    SENT,
+    WRONG,
+    OwnLessonState,
+    is_lesson_file,
+)
 from beamviz.explorer.presenter import Votes
 from beamviz.lessons.lesson_file import LessonStep, OwnLesson, packed
 from beamviz.scene import START
@@ -137,6 +144,14 @@ def test_a_wrong_scene_of_a_file_is_named(guest, session, content, words):
     guest.do("load", f"bad.toml\n{content}", until=lambda _: guest.said)
     assert words in guest.said[-1]["text"]
     assert own(session).own_lesson == OwnLesson()
+
+
+def test_a_file_of_empty_lines_is_told_from_a_lesson_at_once():
+    """The event loop, which serves all visitors, waits for it."""
+    began = time.monotonic()
+    assert not is_lesson_file("\n" * 128_000 + "[[" + " " * 64_000)
+    assert is_lesson_file("title = 'x'\n\t[[ step ]]")
+    assert time.monotonic() - began < 1
 
 
 def test_a_wrong_step_of_a_link_is_named(guest):

@@ -50,6 +50,7 @@ from beamviz.scene import MAX_LINK
 MOST_KEPT = 200  # answers of earlier lessons that a browser keeps
 KEPT_ANSWER = re.compile(r"([0-9a-f]{12}):([0-3])")
 VOTER = re.compile(r"[a-z0-9]{1,20}")
+STEP_TABLE = re.compile(r"^[ \t]*\[\[[ \t]*step[ \t]*\]\]", re.MULTILINE)
 FILE_NAME = "lesson.toml"
 TEXTS = ("say", "ask")  # of a step, each a field
 LABELS = {"title": "Title of the lesson", "say": "Sentence", "ask": "Question"}
@@ -428,7 +429,7 @@ def with_tab(link: str, tab: str) -> str:
 
 def is_lesson_file(content: str) -> bool:
     """Whether the text of a TOML file is that of a lesson, not of a scene."""
-    return re.search(r"^\s*\[\[\s*step\s*\]\]", content, re.MULTILINE) is not None
+    return STEP_TABLE.search(content) is not None
 
 
 def open_lesson_file(visitor: Visitor, content: bytes, name: str) -> None:
