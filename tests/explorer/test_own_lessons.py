@@ -193,7 +193,8 @@ def test_a_presenter_sees_how_many_have_chosen_what():
         assert "answered" not in of_one
         other.do("own.answer", 0)
         assert counts(shown()[0]) == [2, 0]
-        one.do("answers", f"anna {LESSON.steps[0].key}:0")  # their page was loaded again
+        for name in ("anna", "carl"):  # their page was loaded again; a name is taken once
+            one.do("answers", f"{name} {LESSON.steps[0].key}:0")
         lead.do("own.show_answer")
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [2, 0]
@@ -255,18 +256,18 @@ def test_votes_reach_the_presenter_and_stay_when_a_visitor_leaves():
 
 
 def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
-    """Whatever a browser sends."""
+    """Whatever a browser sends: the latest voters, and of each the latest votes."""
     monkeypatch.setattr("beamviz.explorer.presenter.MOST_VOTERS", 2)
     monkeypatch.setattr("beamviz.explorer.presenter.MOST_VOTES", 2)
     votes = Votes()
     for voter in "abc":
         for question in "xyz":
             votes.cast(voter, question, 0)
-    votes.cast("a", "x", 1)
-    assert {key: dict(one) for key, one in votes.counts.items()} == {
-        "x": {0: 1, 1: 1},
-        "y": {0: 2},
-    }
+    votes.cast("b", "y", 1)
+    earlier = votes.counts
+    votes.cast("d", "z", 1)
+    assert earlier == {"y": {0: 1, 1: 1}, "z": {0: 2}}
+    assert votes.counts == {"y": {1: 1}, "z": {0: 1, 1: 1}}
 
 
 def test_a_server_opens_every_page_in_a_lesson():

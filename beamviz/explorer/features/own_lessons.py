@@ -106,7 +106,7 @@ class OwnLessons(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.voter = secrets.token_hex(8)  # the name by which the visitor votes
+        self.voter = ""  # the name by which the visitor votes, of their browser or a random one
         self.kept = ""  # id of the field of a step that was kept
         on = self.page.on
         on("own.keep", lambda _: self.keep())
@@ -268,20 +268,26 @@ class OwnLessons(Feature):
             if state.following and is_closed(own_state(state), step):
                 return
             self.visitor.update(partial(with_answers, answers={step.key: int(k)}))
-            if self.visitor.may_follow:
-                self.visitor.votes.cast(self.voter, step.key, int(k))
+            self.vote({step.key: int(k)})
 
     def take_answers(self, text: Any) -> None:
-        """Take the name by which the browser votes, a random one, and the answers that it has kept
-        from before."""
+        """Take the name by which the browser votes, which a session does not change, and the
+        answers that the browser has kept from before."""
         voter, *kept = str(text).split() or [""]
-        self.voter = voter if VOTER.fullmatch(voter) else self.voter
-        found = (KEPT_ANSWER.fullmatch(one) for one in kept)
-        answers = {match[1]: int(match[2]) for match in found if match}
+        if not self.voter and VOTER.fullmatch(voter):
+            self.voter = voter
+        matches = (KEPT_ANSWER.fullmatch(entry) for entry in kept[-MOST_KEPT:])
+        answers = {match[1]: int(match[2]) for match in matches if match}
         self.visitor.update(partial(with_answers, answers=answers))
-        if self.visitor.may_follow:
-            for key, answer in answers.items():
-                self.visitor.votes.cast(self.voter, key, answer)
+        self.vote(answers)
+
+    def vote(self, answers: Mapping[str, int]) -> None:
+        """Send answers to the presenter, by the keys of their steps."""
+        if not self.visitor.may_follow:
+            return
+        self.voter = self.voter or secrets.token_hex(8)
+        for key, answer in answers.items():
+            self.visitor.votes.cast(self.voter, key, answer)
 
 
 # The state
