@@ -92,6 +92,18 @@ def test_a_lesson_that_is_too_long_for_a_link_is_a_file(guest, session):
     assert len(own(session).own_lesson.steps) == 20
 
 
+def test_a_lesson_is_no_larger_than_a_file_that_can_be_opened(guest, session):
+    """What would make it larger is refused, with the remedy."""
+    steps = [LessonStep(f"gamma=1&tab={'x' * 6000}", say="s" * 300) for _ in range(10)]
+    state = session.visitor.state.with_values(OwnLessonState, own_lesson=OwnLesson(tuple(steps)))
+    session.visitor.update(lambda _: state)
+    guest.do("own.say", "é" * 500, until=lambda _: guest.said)
+    assert "at most 64000 bytes" in guest.said[-1]["text"]
+    assert "make two lessons" in guest.said[-1]["text"]
+    assert own(session).own_lesson.steps[0].say == "s" * 300
+    guest.do("own.say", "Short.", until="1. Short.")
+
+
 def test_writing_a_lesson_is_no_step_to_undo(guest, session):
     """An undo takes back the last edit of the scene; a removed scene is put back by its button."""
     guest.do("link", "")

@@ -33,7 +33,6 @@ from beamviz.explorer.state import Slice, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.input_files import errors_of_file
 from beamviz.lessons.lesson_file import (
-    HEADER,
     LEAST_ANSWERS,
     LESSON_KEY,
     MAX_CHARACTERS,
@@ -42,6 +41,7 @@ from beamviz.lessons.lesson_file import (
     STEP_KEY,
     LessonStep,
     OwnLesson,
+    check_size,
     packed,
     unpacked,
 )
@@ -60,6 +60,7 @@ HINT = (
 )
 SENT = "Your answer is sent; you can change it."
 KEPT = "Your answer stays in this browser."
+NOT_TAKEN = "This entry is not taken"
 REPLACED = "The lesson has replaced your scene."
 RIGHT, WRONG = "Right!", "Not quite: look at the scene again, and choose another answer."
 
@@ -114,7 +115,7 @@ class OwnLessons(Feature):
         on("own.edit", self.choose, int)
         on("own.move", self.move, int)
         on("own.remove", lambda _: visitor.update(removed))
-        on("own.restore", lambda _: visitor.update(restored))
+        on("own.restore", lambda _: self.restore())
         on("own.save", lambda _: self.save())
         on("own.go", self.go, int)
         on("own.turn", self.turn, int)
@@ -170,7 +171,7 @@ class OwnLessons(Feature):
             if len(own_state(visitor.state).own_lesson.steps) >= MAX_STEPS:
                 raise InvalidInput(f"a lesson has at most {MAX_STEPS} scenes; remove one")
             step = LessonStep(visitor.links.write(visitor.state))
-            visitor.update(partial(with_new_step, step=step))
+            self.write_lesson(partial(with_new_step, step=step))
             self.kept = "own-say"
 
     def take(self) -> None:
@@ -178,8 +179,21 @@ class OwnLessons(Feature):
         visitor = self.visitor
         with visitor.lock, visitor.reporting("This scene cannot be kept"):
             link = visitor.links.write(visitor.state)
-            visitor.update(partial(with_edited, link=link))
+            self.write_lesson(partial(with_edited, link=link))
             self.page.say(f"Scene {edited_place(visitor.state) + 1} is replaced.")
+
+    def restore(self) -> None:
+        """Put the step that was removed last back."""
+        with self.visitor.reporting("The removed scene is not put back"):
+            self.write_lesson(restored)
+
+    def write_lesson(self, edit: Callable[[State], State]) -> None:
+        """Edit the lesson. Raises InvalidInput where its file could not be opened again."""
+        with self.visitor.lock:
+            before = self.visitor.state
+            state = edit(before)
+            check_size(own_state(state).own_lesson, own_state(before).own_lesson)
+            self.visitor.set_state(state)
 
     def choose(self, k: Any) -> None:
         """Show the fields of a step."""
@@ -193,22 +207,24 @@ class OwnLessons(Feature):
 
     def write(self, name: str, text: Any) -> None:
         values: dict[str, Any] = {name: cut(text, name)}
-        self.visitor.update(lambda state: with_edited(state, **values))
+        with self.visitor.reporting(NOT_TAKEN):
+            self.write_lesson(lambda state: with_edited(state, **values))
 
     def write_title(self, text: Any) -> None:
-        self.visitor.update(partial(with_title, title=cut(text, "title")))
+        with self.visitor.reporting(NOT_TAKEN):
+            self.write_lesson(partial(with_title, title=cut(text, "title")))
 
     def write_answer(self, k: int, text: Any) -> None:
         """Write an answer (from 0) of the step that is edited; one that is there already is not
         taken."""
-        with self.visitor.lock, self.visitor.reporting("This answer is not taken"):
+        with self.visitor.lock, self.visitor.reporting(NOT_TAKEN):
             step, answer = edited_step(self.visitor.state), cut(text, "answers")
             if step is None:
                 return
             if answer in (*step.answers[:k], *step.answers[k + 1 :]):
                 raise InvalidInput(f"{answer!r}: two answers are the same; change one")
             changed = step.with_answer(k, answer)
-            self.visitor.update(partial(with_edited, answers=changed.answers, right=changed.right))
+            self.write_lesson(partial(with_edited, answers=changed.answers, right=changed.right))
 
     def write_right(self, k: Any) -> None:
         """Mark the right answer (from 0) of the step that is edited; a second time, none."""
@@ -219,17 +235,21 @@ class OwnLessons(Feature):
 
     def write_tab(self, tab: Any) -> None:
         """Choose the tab that the step which is edited opens."""
-        with self.visitor.lock:
+        with self.visitor.lock, self.visitor.reporting(NOT_TAKEN):
             step = edited_step(self.visitor.state)
             if step and tab in self.tab_names:
-                self.visitor.update(partial(with_edited, link=with_tab(step.link, str(tab))))
+                self.write_lesson(partial(with_edited, link=with_tab(step.link, str(tab))))
 
     def save(self) -> None:
         """Send the lesson as a file."""
         lesson = own_state(self.visitor.state).own_lesson
-        if lesson.steps:
-            content = (HEADER + "\n" + lesson.to_toml()).encode()
-            self.visitor.client.send_file_download(FILE_NAME, content, save_immediately=True)
+        if not lesson.steps:
+            return
+        with self.visitor.reporting("The lesson is not saved"):
+            check_size(lesson)
+            self.visitor.client.send_file_download(
+                FILE_NAME, lesson.contents, save_immediately=True
+            )
 
     # The lesson is shown
 
