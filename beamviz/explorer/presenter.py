@@ -84,7 +84,8 @@ def led_state(own: State, led: State) -> State:
     same_frame = own.view.rotating_frame == led.view.rotating_frame
     turned = own.turned if same_frame else None
     shown = own.under(led, attrgetter("led"))
-    return replace(shown, turned=turned, tab=tab, presented_tab=led.tab)
+    slices = {kind: record.led(led.slice(kind)) for kind, record in shown.slices.items()}
+    return replace(shown, slices=slices, turned=turned, tab=tab, presented_tab=led.tab)
 
 
 def led_clock(own: Clock, led: Clock) -> Clock:

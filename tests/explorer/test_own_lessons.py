@@ -267,6 +267,57 @@ def test_votes_reach_the_presenter_and_stay_when_a_visitor_leaves():
         lead.says("2 answered, 1 page open")
 
 
+def test_who_follows_a_presenter_keeps_the_lesson_that_they_write():
+    """The presenter's lesson is shown, also after an edit has ended that; the right answers are
+    nowhere to edit."""
+    with offline():
+        lead, pupil = Desk(STILL), Desk(STILL)
+        lead.visitor.presents = pupil.visitor.may_follow = True
+        pupil.do("own.keep")
+        pupil.do("own.say", "Mine.")
+        written = own(pupil).own_lesson
+        lead.do("load", f"my.toml\n{LESSON.to_toml()}")
+        lecture(lead, pupil)(2)
+
+        def step() -> str:
+            pupil.frame(2)
+            pupil.guest.visitor.receive()
+            return pupil.guest.visitor.texts["own-step"]
+
+        assert "Is it stiffer?" in step()
+        assert pupil.guest.visitor.values["own.right"] is None
+        pupil.do("gamma", 3.0)
+        assert "Is it stiffer?" in step()
+        pupil.do("own.turn", 1)
+        assert "2 of 2" in step()
+        assert own(pupil).own_lesson == written
+        pupil.do("own.go", 0)
+        assert "Mine." in step()
+        pupil.do("lesson", "")
+        assert step() == ""
+
+
+def test_a_lesson_that_another_has_replaced_is_brought_back(guest, session):
+    """Of a file or a link, or a link without one; what was removed is no part of the new lesson."""
+    guest.do("link", "")
+    guest.do("own.keep", until="1 scene<")
+    guest.do("own.keep", until="2 scenes<")
+    guest.do("own.say", "Mine.")
+    guest.do("own.edit", 0)
+    guest.do("own.remove", until="Put the removed scene back")
+    written = own(session).own_lesson
+    opened(guest)
+    guest.says("Bring back the lesson before")
+    assert "Put the removed scene back" not in guest.text
+    guest.do("own.bring_back", until="1. Mine.")
+    assert own(session).own_lesson == written
+    guest.do("own.bring_back", until="1. Slow")
+    guest.do("link", "?gamma=7", until=lambda _: guest.values["gamma"] == 7)
+    assert own(session).own_lesson == OwnLesson()
+    guest.do("own.bring_back", until="1. Slow")
+    guest.do("own.bring_back", until="1. Mine.")
+
+
 def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
     """Whatever a browser sends: the latest voters, and of each the latest votes."""
     monkeypatch.setattr("beamviz.explorer.presenter.MOST_VOTERS", 2)

@@ -81,7 +81,7 @@ class AnswerPanel(Feature):
         state, replaced = snapshot.state, snapshot.state.replaced
         text = note(snapshot)
         runs_up = state.slice(RunUpState).run_speed is not None
-        in_lesson = state.slice(OwnLessonState).own_step is not None
+        in_lesson = state.slice(OwnLessonState).shown_step is not None
         chosen = runs_up or in_lesson or state.comparison != NO_COMPARISON
         is_first = state.case == self.visitor.first.case and not (chosen or replaced)
         if is_first and not text:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.errors import InvalidInput
@@ -47,6 +47,7 @@ from beamviz.lessons.lesson_file import (
 )
 from beamviz.scene import MAX_LINK
 
+MOST_REPLACED = 5  # lessons that can be brought back
 MOST_KEPT = 200  # answers of earlier lessons that a browser keeps
 KEPT_ANSWER = re.compile(r"([0-9a-f]{12}):([0-3])")
 VOTER = re.compile(r"[a-z0-9]{1,20}")
@@ -65,20 +66,41 @@ REPLACED = "The lesson has replaced your scene."
 RIGHT, WRONG = "Right!", "Not quite: look at the scene again, and choose another answer."
 
 
+class ShownStep(NamedTuple):
+    """A step (from 0) of a lesson that is shown."""
+
+    lesson: OwnLesson
+    place: int
+
+    @property
+    def step(self) -> LessonStep:
+        return self.lesson.steps[self.place]
+
+
 @dataclass(frozen=True)
 class OwnLessonState(Slice):
     """A lesson of the visitor's own, which is written, or shown from a link or a file."""
 
     own_lesson: OwnLesson = field(
         default=OwnLesson(),
-        metadata=choice(key=Key(LESSON_KEY, unpacked, packed, is_long=True), undo="keeps"),
+        metadata=choice(
+            key=Key(LESSON_KEY, unpacked, packed, is_long=True), undo="keeps", led="keeps"
+        ),
     )
     # The step that is shown, from 0; None while the lesson is not.
     own_step: int | None = field(
         default=None,
         metadata=choice(
-            key=replace(count_key(STEP_KEY, MAX_STEPS), is_long=True), until=("lesson", "opened")
+            key=replace(count_key(STEP_KEY, MAX_STEPS), is_long=True),
+            led="ends",
+            until=("lesson", "opened"),
         ),
+    )
+    # The step that is shown of a presenter's lesson, also after they are no longer followed.
+    followed: ShownStep | None = field(default=None, metadata=choice(until=("lesson", "opened")))
+    # Lessons that others have replaced, the latest last.
+    replaced_lessons: tuple[OwnLesson, ...] = field(
+        default=(), metadata=choice(undo="keeps", led="keeps")
     )
     # The step whose fields are shown, from 0.
     own_edited: int = field(
@@ -98,6 +120,24 @@ class OwnLessonState(Slice):
     # A presenter shows which answer is right.
     answer_shown: bool = field(default=False, metadata=choice(undo="keeps", until=("scene",)))
 
+    @property
+    def shown_step(self) -> ShownStep | None:
+        """The step that is shown, None without one; after an undo the last one where those after it
+        were removed."""
+        steps = self.own_lesson.steps
+        if self.followed or self.own_step is None or not steps:
+            return self.followed
+        return ShownStep(self.own_lesson, min(self.own_step, len(steps) - 1))
+
+    def led(self, presenter: Self) -> Self:
+        return replace(self, followed=presenter.shown_step)
+
+    def at_step(self, k: int) -> Self:
+        """At another step (from 0) of the lesson that is shown, or else of the visitor's own."""
+        if self.followed:
+            return replace(self, followed=self.followed._replace(place=k), answer_shown=False)
+        return replace(self, own_step=k, answer_shown=False)
+
 
 class OwnLessons(Feature):
     """The lesson that a visitor writes, and its steps when they are shown."""
@@ -116,6 +156,7 @@ class OwnLessons(Feature):
         on("own.move", self.move, int)
         on("own.remove", lambda _: visitor.update(removed))
         on("own.restore", lambda _: self.restore())
+        on("own.bring_back", lambda _: visitor.update(brought_back))
         on("own.save", lambda _: self.save())
         on("own.go", self.go, int)
         on("own.turn", self.turn, int)
@@ -141,6 +182,7 @@ class OwnLessons(Feature):
             now.own_lesson,
             edited_place(state),
             now.own_removed is not None,
+            bool(now.replaced_lessons),
             state.reserved or (),
             tuple(self.tab_names.items()),
         )
@@ -254,13 +296,21 @@ class OwnLessons(Feature):
     # The lesson is shown
 
     def go(self, k: Any) -> None:
-        """Show a step (from 0) with its scene; an unknown one changes nothing."""
-        visitor = self.visitor
+        """Show a step (from 0) of the visitor's own lesson; an unknown one changes nothing."""
+        with self.visitor.lock:
+            state = self.visitor.state
+            if k in range(len(own_state(state).own_lesson.steps)):
+                self.show(state.with_values(OwnLessonState, followed=None), int(k))
+
+    def show(self, state: State, k: int) -> None:
+        """Show a step (from 0) of the lesson that a state shows, or else of the visitor's own, with
+        its scene."""
+        visitor, now = self.visitor, own_state(state).at_step(k)
+        shown = now.shown_step
         with visitor.lock, visitor.reporting("The scene of this step cannot be shown"):
-            state = visitor.state
-            if k not in range(len(own_state(state).own_lesson.steps)):
+            if shown is None:
                 return
-            begun = at_step(state, visitor.links.read(state, step_of(state, k).link), int(k))
+            begun = at_step(state, visitor.links.read(state, shown.step.link), k)
             in_lesson = state.slice(LessonState).before_lesson is not None
             said = "" if in_lesson else REPLACED
             visitor.change(lambda _: begun, loads=True, replaced=said)
@@ -269,22 +319,24 @@ class OwnLessons(Feature):
         """Go to the next (1) or previous (-1) step; after the last one the lesson is left."""
         with self.visitor.lock:
             state = self.visitor.state
-            k = shown_place(state)
-            if by not in (1, -1) or k is None:
+            shown = own_state(state).shown_step
+            if by not in (1, -1) or shown is None:
                 return
-            if k + by >= len(own_state(state).own_lesson.steps):
+            k = shown.place + by
+            if k >= len(shown.lesson.steps):
                 self.visitor.change(left, loads=True)
-            else:
-                self.go(k + by)
+            elif k >= 0:
+                self.show(state, k)
 
     def answer(self, k: Any) -> None:
         """Choose an answer (from 0) to the question that is shown: no edit of the scene. After a
         presenter has shown which one is right, none is taken."""
         with self.visitor.lock:
             state = self.visitor.state
-            step = shown_step(state)
-            if step is None or k not in range(len(step.choices)):
+            shown = own_state(state).shown_step
+            if shown is None or k not in range(len(shown.step.choices)):
                 return
+            step = shown.step
             if state.following and is_closed(own_state(state), step):
                 return
             self.visitor.update(partial(with_answers, answers={step.key: int(k)}))
@@ -324,28 +376,9 @@ def edited_place(state: State) -> int:
     return max(min(now.own_edited, len(now.own_lesson.steps) - 1), 0)
 
 
-def step_of(state: State, k: int) -> LessonStep:
-    return own_state(state).own_lesson.steps[k]
-
-
 def is_closed(now: OwnLessonState, step: LessonStep) -> bool:
     """Whether a presenter shows which answer to the question of a step is right."""
     return now.answer_shown and step.right is not None
-
-
-def shown_step(state: State) -> LessonStep | None:
-    """The step that is shown; None while the lesson is not."""
-    k = shown_place(state)
-    return None if k is None else step_of(state, k)
-
-
-def shown_place(state: State) -> int | None:
-    """The place of the step that is shown, from 0; after an undo that of the last one where those
-    after it were removed."""
-    now = own_state(state)
-    if now.own_step is None or not now.own_lesson.steps:
-        return None
-    return min(now.own_step, len(now.own_lesson.steps) - 1)
 
 
 def edited_step(state: State) -> LessonStep | None:
@@ -418,6 +451,31 @@ def restored(state: State) -> State:
     return state.with_values(OwnLessonState, own_removed=None)
 
 
+def with_replaced(state: State, before: State) -> State:
+    """A state that offers the lesson of the state `before` back where it has another one, or none:
+    the step that was removed last is not one of that."""
+    old, new = own_state(before).own_lesson, own_state(state).own_lesson
+    if old == new:
+        return state
+    kept = [lesson for lesson in own_state(before).replaced_lessons if lesson not in (old, new)]
+    kept = [*kept, old][-MOST_REPLACED:] if old.steps else kept
+    return state.with_values(OwnLessonState, replaced_lessons=tuple(kept), own_removed=None)
+
+
+def brought_back(state: State) -> State:
+    """With the lesson that was replaced last in the place of the present one; again, with the one
+    before that."""
+    now = own_state(state)
+    if not now.replaced_lessons:
+        return state
+    *kept, lesson = now.replaced_lessons
+    kept = [now.own_lesson, *kept] if now.own_lesson.steps else kept
+    state = left(state) if now.own_step is not None else state
+    return with_lesson(state, lesson, 0).with_values(
+        OwnLessonState, replaced_lessons=tuple(kept), own_removed=None, own_step=None
+    )
+
+
 def with_answers(state: State, answers: Mapping[str, int]) -> State:
     """With these answers, by the keys of their steps, in place of earlier ones to the same."""
     known = {key: k for key, k in own_state(state).own_answers if key not in answers}
@@ -431,8 +489,9 @@ def with_answer_switched(state: State) -> State:
 
 
 def at_step(state: State, scene: State, k: int) -> State:
-    """The state `scene`, that of the scene of a step, as the step k (from 0) of the lesson."""
-    begun = scene.with_slice(replace(own_state(state), own_step=k, answer_shown=False))
+    """The state `scene`, that of the scene of a step, as the step k (from 0) of the lesson that is
+    shown."""
+    begun = scene.with_slice(own_state(state).at_step(k))
     lessons = LessonState(before_lesson=outside(state), met=state.slice(LessonState).met)
     return begun.with_slice(lessons)
 
@@ -475,7 +534,8 @@ def begun_lesson(
     for k, step in enumerate(lesson.steps, 1):
         with errors_of_file(f"{name}, step {k}"):
             scenes.append(read(state, step.link))
-    return at_step(with_lesson(state, lesson, 0), scenes[0], 0)
+    opened = with_lesson(state, lesson, 0).with_values(OwnLessonState, followed=None)
+    return at_step(with_replaced(opened, state), scenes[0], 0)
 
 
 # The player
@@ -484,10 +544,11 @@ def begun_lesson(
 def player_html(state: State, presented: Snapshot | None, *, is_led: bool) -> str:
     """The step that is shown, "" for none. presented: to the presenter, with the votes; is_led: the
     visitor follows a presenter, who goes from step to step, and says which answer is right."""
-    now, k = own_state(state), shown_place(state)
-    if k is None:
+    now = own_state(state)
+    shown = now.shown_step
+    if shown is None:
         return ""
-    step = step_of(state, k)
+    step = shown.step
     said = "".join(f"<p>{formatted(line)}</p>" for line in step.say.splitlines() if line.strip())
     asked = f'<p class="question">{formatted(step.ask)}</p>' if step.ask else ""
     chosen = dict(now.own_answers).get(step.key)
@@ -498,7 +559,7 @@ def player_html(state: State, presented: Snapshot | None, *, is_led: bool) -> st
         answers = right_html(step, chosen)
     else:
         answers = answers_html(step, chosen, is_led=is_led)
-    return head_html(now.own_lesson, k, is_led=is_led) + said + asked + answers
+    return head_html(shown.lesson, shown.place, is_led=is_led) + said + asked + answers
 
 
 def head_html(lesson: OwnLesson, k: int, *, is_led: bool) -> str:
@@ -583,6 +644,7 @@ class Written(NamedTuple):
     lesson: OwnLesson
     place: int  # of the step whose fields are shown, from 0
     has_removed: bool  # a step can be put back
+    has_replaced: bool  # a lesson can be brought back
     reserved: tuple[tuple[str, str], ...]  # parameters of the address with other readers
     tabs: tuple[tuple[str, str], ...]  # keys and names of those that a step may open
 
@@ -603,7 +665,8 @@ def editor_html(written: Written) -> str:
     steps, place = written.lesson.steps, written.place
     if not steps:
         body = f'<p class="soft">{HINT}</p>' + page.group("Your own lesson", first_tools(written))
-        return f'<details class="own"><summary>Your own lesson</summary>{body}</details>'
+        is_open = page.attributes(open=written.has_removed or written.has_replaced)
+        return f'<details class="own"{is_open}><summary>Your own lesson</summary>{body}</details>'
     count = f"{len(steps)} scene{'' if len(steps) == 1 else 's'}"
     listed = "".join(list_entry(k, step, is_edited=k == place) for k, step in enumerate(steps))
     title = text_field("title", "own.title", LABELS["title"], MAX_CHARACTERS["title"])
@@ -623,6 +686,8 @@ def first_tools(written: Written) -> str:
     tools += '<input type="file" id="own-file" class="hidden" data-do="load" accept=".toml">'
     if written.has_removed:
         tools += page.button("Put the removed scene back", data_do="own.restore")
+    if written.has_replaced:
+        tools += page.button("Bring back the lesson before", data_do="own.bring_back")
     return tools
 
 
