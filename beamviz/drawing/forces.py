@@ -225,7 +225,7 @@ class MotionForces(ForceSource):
         velocity = as_complex(sums(motion.velocity(t, self.stations), in_plane=True))
         position += motion.beam.delta * self.pieces.mass
         on_beam = np.ones((len(t), len(self.pieces.x)))
-        if motion.beam.alpha and self.pieces.bodies:
+        if motion.beam.alpha and motion.beam.beta > 0:  # the first body; one at the clamp is none
             on_beam[:, PIECES] = [motion.has_mass(float(moment)) for moment in t]
         gamma, rate = motion.speed(t)
         return on_beam * position, on_beam * velocity, gamma[:, None], rate[:, None]

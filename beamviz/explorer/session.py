@@ -201,11 +201,11 @@ class Session:
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
+        for feature in self.features:
+            feature.move(snapshot)
         captions: list[dict[str, Any]] = [caption.data for caption in self.view.captions]
         captions += [hint.data | {"hint": True} for hint in self.view.hints if hint.text]
         self.visitor.page.show({("captions",): captions})
-        for feature in self.features:
-            feature.move(snapshot)
 
     def look(self, snapshot: Snapshot, moved: np.ndarray) -> Transition | None:
         """Place the camera for a snapshot. moved: how far the beam's frame was (3,) as the mass was

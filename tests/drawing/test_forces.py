@@ -173,7 +173,7 @@ def test_every_kind_of_beam_is_drawn_with_finite_forces(beam, options):
 def test_a_film_of_a_motion_has_the_forces_of_each_moment():
     """As the page draws them, of a beam that drops its body."""
     moved = motion(Beam(alpha=1, gamma=4), 1.0, release=1.0, drop=0.5)
-    scene, graph = MotionScene(moved, forces=True), SceneGraph()
+    scene, graph = MotionScene(moved, view=ViewOptions(forces=True)), SceneGraph()
     beams = scene.draw(graph)
     heads = []
     for moment in (0.25, 0.75):

@@ -23,7 +23,7 @@ WORDS = {  # of each kind: its name, and what it does
     PULL: ("pull outward", "makes the tension"),
     SOFTENING: ("pull aside", "helps it to bend: softens"),
     CORIOLIS: ("Coriolis", "turns aside what moves"),
-    EULER: ("Euler", "holds back while the hub speeds up"),
+    EULER: ("Euler", "acts against a change of the speed"),
 }
 TENSION = "tension", "holds it straight: stiffens"
 COMPRESSION = "compression", "helps it to buckle"
