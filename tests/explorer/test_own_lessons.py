@@ -12,14 +12,14 @@ from live.visitor import catch_up, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer, serve
-from beamviz.explorer.features.lessons import LessonState
-from beamviz.explorer.features.own_lessons import (
+from beamviz.explorer.features.lesson_player import (
     RIGHT,
     SENT,
     WRONG,
     OwnLessonState,
     is_lesson_file,
 )
+from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.presenter import Votes
 from beamviz.lessons.lesson_file import LessonStep, OwnLesson, packed
 from beamviz.scene import START
