@@ -20,8 +20,8 @@ from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.declarations import Choice
 from beamviz.explorer.feature import Feature, first_tab, tabs, usual_state
 from beamviz.explorer.features import FEATURES
+from beamviz.explorer.features.lesson_player import OwnLessonState, begun_lesson, with_replaced
 from beamviz.explorer.features.lessons import Lessons, LessonState, begun, check_guess, outside
-from beamviz.explorer.features.own_lessons import OwnLessonState, begun_lesson
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import within_limits
@@ -250,6 +250,7 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
         state = kind.linked(state, values)
     if not name:
         state = state.at_home(scene)
+    state = with_replaced(state.with_values(OwnLessonState, followed=None), before)
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
     if BEFORE in values:
         state = replace(state, kept=changed_case(state.case, values[BEFORE]))

@@ -202,6 +202,11 @@ class Slice:
         """After a reset; opened: as it was when the scene was opened."""
         return self
 
+    def led(self, presenter: Self) -> Self:
+        """This part of a visitor who follows a presenter, with what is taken of that of the
+        presenter besides single choices."""
+        return self
+
     def saved(self, scene: Scene) -> Scene:
         """A scene with what its file keeps of this part."""
         return scene

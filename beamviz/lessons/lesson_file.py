@@ -117,6 +117,11 @@ class OwnLesson:
         title = f"title = {toml_value(self.title)}\n" if self.title else ""
         return title + "".join(toml_table("[[step]]", step.table) for step in self.steps)
 
+    @property
+    def contents(self) -> bytes:
+        """The contents of its file."""
+        return f"{HEADER}\n{self.to_toml()}".encode()
+
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """The lesson in a TOML file. Raises InvalidInput, which names the file and the mistake."""
@@ -144,6 +149,20 @@ class OwnLesson:
             with errors_of_file(f"{name}, step {k}"):
                 steps.append(LessonStep.of_table(table))
         return cls(tuple(steps), title)
+
+
+NO_LESSON = OwnLesson()
+
+
+def check_size(lesson: OwnLesson, before: OwnLesson = NO_LESSON) -> None:
+    """Check that the file of a lesson can be opened again; one that is too large already may become
+    smaller. Raises InvalidInput."""
+    size = len(lesson.contents)
+    if size > max(MAX_TOML_BYTES, len(before.contents)):
+        raise InvalidInput(
+            f"the file of a lesson has at most {MAX_TOML_BYTES} bytes, this one would have {size};"
+            " make two lessons of it"
+        )
 
 
 def checked_text(name: str, value: Any) -> str:

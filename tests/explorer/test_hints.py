@@ -27,7 +27,8 @@ def hints(desk: Desk) -> list[str]:
 
 
 def test_a_hint_is_shown_until_it_was_followed_and_then_the_next():
-    """One at a time, once the browser has told which were; neither in a lesson nor in a motion."""
+    """One at a time, once the browser has told which were; neither in a lesson, also of a file, nor
+    in a motion."""
     pull, turning = (hint.text for hint in HINTS.values())
     with offline():
         desk = Desk(FIRST)
@@ -37,6 +38,10 @@ def test_a_hint_is_shown_until_it_was_followed_and_then_the_next():
         desk.do("lesson", "stiffening")
         assert hints(desk) == []
         desk.do("lesson", "")
+        desk.do("load", "my.toml\n[[step]]\nlink = 'gamma=1'")
+        assert hints(desk) == []
+        desk.do("lesson", "")
+        assert hints(desk) == [pull]
         desk.do("pull_tip", 0.1)
         assert hints(desk) == []
         desk.do("let_go", False)

@@ -107,6 +107,7 @@ VISIT = [
 # that would fold a blade.
 ON_OCCASION = {"cancel_jobs", "retry_jobs", "blade.stations.sort", "motion.less", "motion.leave"}
 ON_OCCASION |= {"own.show_answer"}  # to a presenter
+ON_OCCASION |= {"own.bring_back"}  # after another lesson
 ON_OCCASION |= {"adjust.match"}
 OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
 

@@ -2,6 +2,7 @@
 
 import random
 import re
+import time
 from typing import Any
 
 import pytest
@@ -11,8 +12,14 @@ from live.visitor import catch_up, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer, serve
+from beamviz.explorer.features.lesson_player import (
+    RIGHT,
+    SENT,
+    WRONG,
+    OwnLessonState,
+    is_lesson_file,
+)
 from beamviz.explorer.features.lessons import LessonState
-from beamviz.explorer.features.own_lessons import RIGHT, SENT, WRONG, OwnLessonState
 from beamviz.explorer.presenter import Votes
 from beamviz.lessons.lesson_file import LessonStep, OwnLesson, packed
 from beamviz.scene import START
@@ -85,6 +92,18 @@ def test_a_lesson_that_is_too_long_for_a_link_is_a_file(guest, session):
     assert len(own(session).own_lesson.steps) == 20
 
 
+def test_a_lesson_is_no_larger_than_a_file_that_can_be_opened(guest, session):
+    """What would make it larger is refused, with the remedy."""
+    steps = [LessonStep(f"gamma=1&tab={'x' * 6000}", say="s" * 300) for _ in range(10)]
+    state = session.visitor.state.with_values(OwnLessonState, own_lesson=OwnLesson(tuple(steps)))
+    session.visitor.update(lambda _: state)
+    guest.do("own.say", "é" * 500, until=lambda _: guest.said)
+    assert "at most 64000 bytes" in guest.said[-1]["text"]
+    assert "make two lessons" in guest.said[-1]["text"]
+    assert own(session).own_lesson.steps[0].say == "s" * 300
+    guest.do("own.say", "Short.", until="1. Short.")
+
+
 def test_writing_a_lesson_is_no_step_to_undo(guest, session):
     """An undo takes back the last edit of the scene; a removed scene is put back by its button."""
     guest.do("link", "")
@@ -139,6 +158,14 @@ def test_a_wrong_scene_of_a_file_is_named(guest, session, content, words):
     assert own(session).own_lesson == OwnLesson()
 
 
+def test_a_file_of_empty_lines_is_told_from_a_lesson_at_once():
+    """The event loop, which serves all visitors, waits for it."""
+    began = time.monotonic()
+    assert not is_lesson_file("\n" * 128_000 + "[[" + " " * 64_000)
+    assert is_lesson_file("title = 'x'\n\t[[ step ]]")
+    assert time.monotonic() - began < 1
+
+
 def test_a_wrong_step_of_a_link_is_named(guest):
     """The lesson is there nevertheless."""
     guest.do("link", f"?own_lesson={packed(LESSON)}&own_step=3", until="2 scenes<")
@@ -178,7 +205,8 @@ def test_a_presenter_sees_how_many_have_chosen_what():
         assert "answered" not in of_one
         other.do("own.answer", 0)
         assert counts(shown()[0]) == [2, 0]
-        one.do("answers", f"anna {LESSON.steps[0].key}:0")  # their page was loaded again
+        for name in ("anna", "carl"):  # their page was loaded again; a name is taken once
+            one.do("answers", f"{name} {LESSON.steps[0].key}:0")
         lead.do("own.show_answer")
         of_lead, of_one, _ = shown()
         assert counts(of_lead) == [2, 0]
@@ -239,19 +267,70 @@ def test_votes_reach_the_presenter_and_stay_when_a_visitor_leaves():
         lead.says("2 answered, 1 page open")
 
 
+def test_who_follows_a_presenter_keeps_the_lesson_that_they_write():
+    """The presenter's lesson is shown, also after an edit has ended that; the right answers are
+    nowhere to edit."""
+    with offline():
+        lead, pupil = Desk(STILL), Desk(STILL)
+        lead.visitor.presents = pupil.visitor.may_follow = True
+        pupil.do("own.keep")
+        pupil.do("own.say", "Mine.")
+        written = own(pupil).own_lesson
+        lead.do("load", f"my.toml\n{LESSON.to_toml()}")
+        lecture(lead, pupil)(2)
+
+        def step() -> str:
+            pupil.frame(2)
+            pupil.guest.visitor.receive()
+            return pupil.guest.visitor.texts["own-step"]
+
+        assert "Is it stiffer?" in step()
+        assert pupil.guest.visitor.values["own.right"] is None
+        pupil.do("gamma", 3.0)
+        assert "Is it stiffer?" in step()
+        pupil.do("own.turn", 1)
+        assert "2 of 2" in step()
+        assert own(pupil).own_lesson == written
+        pupil.do("own.go", 0)
+        assert "Mine." in step()
+        pupil.do("lesson", "")
+        assert step() == ""
+
+
+def test_a_lesson_that_another_has_replaced_is_brought_back(guest, session):
+    """Of a file or a link, or a link without one; what was removed is no part of the new lesson."""
+    guest.do("link", "")
+    guest.do("own.keep", until="1 scene<")
+    guest.do("own.keep", until="2 scenes<")
+    guest.do("own.say", "Mine.")
+    guest.do("own.edit", 0)
+    guest.do("own.remove", until="Put the removed scene back")
+    written = own(session).own_lesson
+    opened(guest)
+    guest.says("Bring back the lesson before")
+    assert "Put the removed scene back" not in guest.text
+    guest.do("own.bring_back", until="1. Mine.")
+    assert own(session).own_lesson == written
+    guest.do("own.bring_back", until="1. Slow")
+    guest.do("link", "?gamma=7", until=lambda _: guest.values["gamma"] == 7)
+    assert own(session).own_lesson == OwnLesson()
+    guest.do("own.bring_back", until="1. Slow")
+    guest.do("own.bring_back", until="1. Mine.")
+
+
 def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
-    """Whatever a browser sends."""
+    """Whatever a browser sends: the latest voters, and of each the latest votes."""
     monkeypatch.setattr("beamviz.explorer.presenter.MOST_VOTERS", 2)
     monkeypatch.setattr("beamviz.explorer.presenter.MOST_VOTES", 2)
     votes = Votes()
     for voter in "abc":
         for question in "xyz":
             votes.cast(voter, question, 0)
-    votes.cast("a", "x", 1)
-    assert {key: dict(one) for key, one in votes.counts.items()} == {
-        "x": {0: 1, 1: 1},
-        "y": {0: 2},
-    }
+    votes.cast("b", "y", 1)
+    earlier = votes.counts
+    votes.cast("d", "z", 1)
+    assert earlier == {"y": {0: 1, 1: 1}, "z": {0: 2}}
+    assert votes.counts == {"y": {1: 1}, "z": {0: 1, 1: 1}}
 
 
 def test_a_server_opens_every_page_in_a_lesson():

@@ -14,6 +14,8 @@ from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.forces import ForcesLegend
 from beamviz.explorer.features.hints import Hints
 from beamviz.explorer.features.hub_turn import HubTurn
+from beamviz.explorer.features.lesson_editor import LessonEditor
+from beamviz.explorer.features.lesson_player import LessonPlayer
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loads import LoadsTab
 from beamviz.explorer.features.loci_chart import LociTab
@@ -22,7 +24,6 @@ from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.matches import Matches
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.motion import MotionTab
-from beamviz.explorer.features.own_lessons import OwnLessons
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpTab
 from beamviz.explorer.features.sound import Sound
@@ -48,7 +49,8 @@ FEATURES: tuple[type[Feature], ...] = (
     Matches,
     MethodTimingTab,
     Lessons,
-    OwnLessons,
+    LessonPlayer,
+    LessonEditor,
     Files,
     MassDrag,
     BeamPull,

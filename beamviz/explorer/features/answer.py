@@ -27,10 +27,10 @@ from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import MotionState
 from beamviz.explorer.feature import Feature, cancelled, fading, lacking, progress
 from beamviz.explorer.features.comparison import not_drawn
+from beamviz.explorer.features.lesson_player import OwnLessonState
 from beamviz.explorer.features.lessons import LessonState
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.motion import modes_beside, phase_words, played_motion
-from beamviz.explorer.features.own_lessons import OwnLessonState
 from beamviz.explorer.features.run_up import RunUpState
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -81,7 +81,7 @@ class AnswerPanel(Feature):
         state, replaced = snapshot.state, snapshot.state.replaced
         text = note(snapshot)
         runs_up = state.slice(RunUpState).run_speed is not None
-        in_lesson = state.slice(OwnLessonState).own_step is not None
+        in_lesson = state.slice(OwnLessonState).shown_step is not None
         chosen = runs_up or in_lesson or state.comparison != NO_COMPARISON
         is_first = state.case == self.visitor.first.case and not (chosen or replaced)
         if is_first and not text:

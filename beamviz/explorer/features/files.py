@@ -23,9 +23,9 @@ from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.computed_veering import VeeringRequest
 from beamviz.explorer.declarations import Tab, choice, name_key
 from beamviz.explorer.feature import Feature
+from beamviz.explorer.features.lesson_player import is_lesson_file, open_lesson_file
 from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.features.own_lessons import is_lesson_file, open_lesson_file
 from beamviz.explorer.features.veering import JOB as VEERING
 from beamviz.explorer.features.veering import VEERING_KINDS
 from beamviz.explorer.jobs import Answer, Job

@@ -120,11 +120,12 @@ def with_used(state: State, names: Collection[str]) -> State:
 
 
 def hint_of(snapshot: Snapshot) -> str:
-    """The name of the hint to show, "" for none: in lessons, which say what to do, in a motion, and
-    where modes are drawn one above the other there is none."""
+    """The name of the hint to show, "" for none: in lessons, which say what to do, in the scene of
+    a presenter, in a motion, and where modes are drawn one above the other there is none."""
     state, picture = snapshot.state, snapshot.picture
     used = state.slice(HintState).used
-    is_busy = state.in_hand or state.slice(LessonState).lesson or picture.driven
+    is_told = state.slice(LessonState).before_lesson is not None or snapshot.is_led
+    is_busy = state.in_hand or is_told or picture.driven
     if used is None or is_busy or picture.drawn.in_rows or snapshot.solved is None:
         return ""
     left = (name for name, hint in HINTS.items() if name not in used and hint.is_offered(state))

@@ -243,6 +243,7 @@ interface Actions { // the types of their values
   "own.answer.3": string;
   "own.answer.4": string;
   "own.ask": string;
+  "own.bring_back": null;
   "own.edit": number;
   "own.go": number;
   "own.keep": null;

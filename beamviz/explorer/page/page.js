@@ -166,10 +166,10 @@ const beamviz = (() => {
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
 
-  /* A random name of this tab of the browser, by which a lecture counts each answer once. */
+  /* A random name of this browser, which has the answers: a lecture counts each once, also after the page is opened again. */
   function voter() {
-    const name = sessionStorage.getItem("beamviz-voter") ?? Math.random().toString(36).slice(2);
-    sessionStorage.setItem("beamviz-voter", name);
+    const name = localStorage.getItem("beamviz-voter") ?? Math.random().toString(36).slice(2);
+    localStorage.setItem("beamviz-voter", name);
     return name;
   }
 
