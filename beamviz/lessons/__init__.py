@@ -213,7 +213,7 @@ LESSONS = (
         guesses=("Nothing.", "The lines avoid each other.", "They cross at another speed."),
         right=1,
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
-        do="**Coriolis** is on now. In **Frequencies**, click the dot where S1 and B3 come closest,"
+        do="**Coriolis** is on now. In **Frequencies**, click the ◆ where S1 and B3 come closest,"
         " then open **Veering** and drag Coriolis to 0 % and back to 100 %.",
         see="Magnified, the lines bend away before they touch: the gap opens with the force."
         " Stretching continues as bending, and the other way round.",

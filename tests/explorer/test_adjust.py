@@ -36,6 +36,7 @@ def test_a_fit_moves_the_scene_in_one_step_to_undo(guest, session):
     assert numbers["beta"] == pytest.approx(0.6, rel=1e-4)
     guest.wait(lambda _: "residuals" in guest.texts["adjust-matches"])
     assert "±" in guest.texts["adjust-answer"]
+    assert "poor fit" not in guest.texts["adjust-answer"]
     guest.do("undo")
     assert session.visitor.state.case.beam == PAPER
     assert session.visitor.state.slice(AdjustState).measured
@@ -50,6 +51,14 @@ def test_what_is_typed_wrong_is_told_beside_the_field(guest, session):
     assert outcome_of(session) is None
     guest.do("adjust.measured", measured(1.0, 0.5))
     guest.wait(lambda _: not guest.texts["adjust-wrong"])
+
+
+def test_a_poor_fit_is_told(guest, session):
+    """Flapwise frequencies, of a beam that bends in the plane of rotation."""
+    guest.do("tab", "adjust")
+    guest.do("adjust.measured", "gamma, frequency\n0, 3.4\n5, 6.1\n10, 11.2")
+    guest.do("adjust.run", until=lambda _: outcome_of(session))
+    guest.wait(lambda _: "poor fit" in guest.texts["adjust-answer"])
 
 
 def test_one_frequency_does_not_determine_two_numbers(guest, session):

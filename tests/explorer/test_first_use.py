@@ -450,6 +450,15 @@ def test_a_tab_stays_at_its_place_when_it_is_opened(desk, size):
     desk.open_tab("frequencies")
 
 
+def test_no_tab_scrolls_the_page(desk):
+    """What has no room scrolls within its tab."""
+    desk.resize(1280, 720)
+    for name in desk.evaluate("[...document.querySelectorAll('#dock [role=tab]')].map(e => e.id)"):
+        desk.open_tab(name.removeprefix("to-"))
+        assert desk.evaluate("document.body.scrollHeight - innerHeight") <= 0, name
+    desk.open_tab("frequencies")
+
+
 def test_the_mode_shift_by_keys_alone(url):
     """From the start: the skip link, the mass and its position by keys; S1 is third then."""
     with page(url, 1440, 900) as fresh:

@@ -231,6 +231,13 @@ def test_an_answer_stays_in_the_browser():
         opened.click("document.querySelector('.own summary')")
         opened.click("document.querySelector('[data-do=\"own.keep\"]')")
         opened.wait("document.activeElement.id === 'own-say'")
+        typed = {"own-say": "Look at this.", "own-ask": "Why so?"}
+        for name, text in typed.items():  # at once, while the server answers the field before
+            opened.click(f"document.getElementById('{name}')")
+            opened.call("Input.insertText", text=text)
+        opened.catch_up()
+        for name, text in typed.items():
+            assert opened.evaluate(f"document.getElementById('{name}').value") == text
         query = f"own_lesson={packed(LESSON)}&own_step=1"
         opened.evaluate(f"location.search = '?{query}'")
         chosen = "document.querySelector('#lesson .guesses button:last-child')"

@@ -14,7 +14,7 @@ import numpy as np
 from beamviz.adjusting import adjust
 from beamviz.adjusting.free_numbers import FACTORS, free_number, usual_bounds
 from beamviz.adjusting.goals import ClearGoal
-from beamviz.adjusting.result import Adjusted
+from beamviz.adjusting.result import Adjusted, Match
 from beamviz.beam import NUMBERS, Beam
 from beamviz.checks import check_float
 from beamviz.drawing.text import Measure, in_words, measure, significant
@@ -50,6 +50,7 @@ NAMES = {
     "mass_factor": "factor on ρA",
 }
 MAX_CHARACTERS = 50_000  # of the measured frequencies
+FAR, FAR_RELATIVE = 3.0, 0.05  # errors, or of the frequency, from which on a fit is called poor
 STRONG = 0.95  # a correlation that is told
 ROUNDING = 1e-9  # [%] a smaller effect of a number is none
 JOB, EFFECTS = "adjusted beam", "sensitivities"
@@ -480,7 +481,7 @@ def answer_html(state: State) -> str:
     text = page.note(outcome.reason)
     if (adjusted := outcome.adjusted) is None:
         return text
-    text += numbers_table(adjusted) + doubts(adjusted)
+    text += page.note(poor_fit(adjusted)) + numbers_table(adjusted) + doubts(adjusted)
     if held := adjusted.held:
         speed = measure("gamma", adjusted.units).text(held.speed, 4)
         text += (
@@ -488,6 +489,29 @@ def answer_html(state: State) -> str:
             f" {held.per_rev} × speed, at {speed}.</p>"
         )
     return text
+
+
+def poor_fit(adjusted: Adjusted) -> str:
+    """How far the beam is from what was measured, where that is far; "" else."""
+    worst = max(filter(is_far, adjusted.matches), key=relative_distance, default=None)
+    if worst is None:
+        return ""
+    percent = 100 * (worst.predicted / worst.measured - 1)
+    return (
+        f"A poor fit: {worst.mode} is {percent:+.2g} % off. Are plane and modes those of the"
+        " measurement, and is what is wrong in the beam among what may change?"
+    )
+
+
+def relative_distance(match: Match) -> float:
+    return abs(match.predicted / match.measured - 1)
+
+
+def is_far(match: Match) -> bool:
+    """Whether a mode is far from its measured frequency, by the error if that is known."""
+    if not match.mode:
+        return False
+    return abs(match.residual) > FAR if match.error > 0 else relative_distance(match) > FAR_RELATIVE
 
 
 def numbers_table(adjusted: Adjusted) -> str:

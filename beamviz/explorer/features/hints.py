@@ -52,14 +52,14 @@ def below_wheel(shapes: SampledModes) -> np.ndarray:
 
 HINTS = {  # by name, the first one first
     "pull": Hint(
-        "pull me",
+        "pull the ball",
         "bottom",
         can_move,
         lambda state: state.slice(MotionState).hold is not None,
         above_tip,
     ),
     "turn": Hint(
-        "turn me ↔",
+        "turn the wheel ↔",
         "top",
         lambda state: True,
         lambda state: state.slice(HubState).hub_grip is not None,

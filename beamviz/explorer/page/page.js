@@ -205,8 +205,8 @@ const beamviz = (() => {
 
   /**
    * The control in use keeps the visitor's value while it is held, and until the server has answered
-   * it; a field of a number until its text has been sent. again: the value was shown before, and a
-   * text that is no number stays.
+   * it; a field until its text has been sent. again: the value was shown before, and a text that is
+   * no number stays.
    * @param {Part} e
    * @param {(typeof values)[string]} value
    */
@@ -216,6 +216,7 @@ const beamviz = (() => {
     if (e === held || ((table || e === used[key]) && !isAnswered(key))) return;
     if (table) return showCells(e, String(value ?? ""));
     if (e.typed && (again || e === document.activeElement)) return;
+    if (e.unsent && e === document.activeElement) return;
     if (e.matches("button")) e.ariaPressed = String(e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
