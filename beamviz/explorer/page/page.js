@@ -216,7 +216,7 @@ const beamviz = (() => {
     if (e === held || ((table || e === used[key]) && !isAnswered(key))) return;
     if (table) return showCells(e, String(value ?? ""));
     if (e.typed && (again || e === document.activeElement)) return;
-    if (e.unsent && e === document.activeElement) return;
+    if (e.unsent && !isNumber(e) && e === document.activeElement) return;
     if (e.matches("button")) e.ariaPressed = String(e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
