@@ -67,6 +67,11 @@ class LociPair:
         return first, at, last
 
     @property
+    def upper_first(self) -> list[int]:
+        """The two branches by frequency at the start of the view, the upper one first."""
+        return sorted((0, 1), key=lambda k: -float(np.nan_to_num(self.lines[k].frequency[0])))
+
+    @property
     def gap(self) -> tuple[float, float]:
         """The least and the greatest frequency of the two lines where they are closest."""
         k = int(np.argmin(abs(self.values - self.at)))
@@ -236,6 +241,11 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
     shares = solution.in_plane_fraction
     in_plane = 1.0 if shares is None else float(shares[mode])
     return ModeShape(parts, fraction, name, in_plane, mode)
+
+
+def styles_of_components(*, in_space: bool) -> tuple[str, ...]:
+    """The styles of the lines of a shape, one for each component of the displacement."""
+    return (STRETCHING, "lag", "flap") if in_space else (STRETCHING, BENDING)
 
 
 # In words

@@ -25,6 +25,7 @@ from beamviz.explorer.computed_veering import (
     ends_of,
     outcome,
     parts_of,
+    styles_of_components,
 )
 from beamviz.exports import FORMATS, write_film
 from beamviz.files import check_suffix, replaced
@@ -36,7 +37,7 @@ FRAME_RATE = 12.5  # [1/s]
 WIDTH, HEIGHT = 8.0, 4.5  # [in]
 PIXELS = 100  # of an inch of a film
 STYLES = COLOURS | dict(KINDS.values()) | {"mixed": "#A3447E"}  # of lines
-WHERE = "before", "at the event", "after"
+WHERE = "before", "at the event", "after"  # there are the shapes
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <meta name="viewport" content="width=device-width">
@@ -140,8 +141,7 @@ def figure_of(request: VeeringRequest, pairs: Pairs, k: int) -> Figure:
 
 def draw_shapes(figure: Figure, request: VeeringRequest, pair: LociPair) -> None:
     """The shapes of the upper and of the lower branch, with their shares as bars and in percent."""
-    upper = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.lines[k].frequency[0])))
-    for row, k in enumerate(upper):
+    for row, k in enumerate(pair.upper_first):
         for column, shape in enumerate(pair.shapes[k]):
             left, bottom = 0.6 + 0.135 * column, 0.52 - 0.37 * row
             axes = figure.add_axes((left, bottom, 0.115, 0.2))
@@ -158,7 +158,7 @@ def draw_shape(axes: Any, shape: ModeShape, request: VeeringRequest) -> None:
     if shape.mode < 0:
         return
     components = shape.displacement.T
-    names = ("stretching", "lag", "flap") if len(components) == 3 else ("stretching", "bending")
+    names = styles_of_components(in_space=len(components) == 3)
     axes.plot([0, 1], [0, 0], color=FAINT, lw=0.6)
     for name, component in zip(names, components, strict=True):
         axes.plot(X, component, color=STYLES[name], lw=1.5)

@@ -23,6 +23,7 @@ from beamviz.explorer.computed_veering import (
     ends_of,
     outcome,
     parts_of,
+    styles_of_components,
     uncoupled,
 )
 from beamviz.explorer.declarations import Tab
@@ -44,7 +45,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Event
 from beamviz.scene import clip
 from beamviz.solver.problem import OPTIONS
-from beamviz.solver.solution import BENDING, STRETCHING
 
 JOB, UNCOUPLED = "veering", "uncoupled chart"  # names of the jobs
 SHOWN = "veering-chart", "veering-told", "veering-shapes"  # ids of what shows an answer
@@ -319,9 +319,8 @@ def shape_table(pairs: Pairs, request: VeeringRequest) -> str:
     """The shapes of both branches, the upper one first, before, at and after the event: buttons
     that show the mode in the scene."""
     pair, along = pairs[-1], request.chart.measures[0]
-    order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.lines[k].frequency[0])))
     rows = []
-    for k in order:
+    for k in pair.upper_first:
         cells = zip(PLACES, pair.places, pair.shapes[k], strict=True)
         rows.append(
             [shape_cell(f"{k} {name}", along.place(at), one, request) for name, at, one in cells]
@@ -352,11 +351,6 @@ def parts_bar(shape: ModeShape, request: VeeringRequest) -> str:
     parts = parts_of(shape, request).items()
     pieces = (f'<i class="{style}" style="flex:{share:.3f}"></i>' for style, share in parts)
     return f'<span class="parts" aria-hidden="true">{"".join(pieces)}</span>'
-
-
-def styles_of_components(*, in_space: bool) -> tuple[str, ...]:
-    """The styles of the lines of a shape, one for each component of the displacement."""
-    return (STRETCHING, "lag", "flap") if in_space else (STRETCHING, BENDING)
 
 
 def key_of_shapes(request: VeeringRequest) -> str:
