@@ -126,6 +126,7 @@ def test_a_file_of_the_field_is_taken_as_a_table(kind):
     ("text", "words"),
     [
         ("", "the table is empty"),
+        ("9" * 900, r"has one column; it needs position \[m\], mass"),
         ("EI\tEA", "has a line of names only"),
         (
             "x\tcolour\n0\t1",
