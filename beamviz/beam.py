@@ -221,10 +221,16 @@ class Beam:
         turns = {self.pitch + self.twist * x + twist for x, twist in pairs}
         if len(turns) == 1 and turns.pop() % 180 == 0:
             return False
-        differ = self.flap != 1
+        return not self.bends_alike
+
+    @property
+    def bends_alike(self) -> bool:
+        """Whether the section bends as easily in every direction, and bodies turn so: pitch and
+        twist have no effect then."""
+        differ, blade = self.flap != 1, self.blade
         if blade is not None:
             differ = blade.flap is not None and blade.flap != blade.bending
-        return differ or any(Jy != Jz for _, Jy, Jz in (mass.inertia for mass in self.masses))
+        return not differ and all(Jy == Jz for _, Jy, Jz in (mass.inertia for mass in self.masses))
 
     @property
     def bodies(self) -> tuple[Mass, ...]:

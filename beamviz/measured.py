@@ -239,6 +239,7 @@ def column_name(text: str, source: str) -> str:
     if unit and key in FREQUENCIES:
         key = "hertz" if unit.lower() == "hz" else key if unit == "1/T*" else unit
     elif unit and key not in ("error", "mode") and unit not in ("-", "deg"):
+        unit = NAMES.get(unit.lower(), unit)
         key = unit if unit in BY_NAME else f"{key}:{unit}"
     if key not in COLUMNS:
         raise InvalidInput(f"{source}: {unknown_keyword('column', text, COLUMNS, NAMES)}")

@@ -20,7 +20,7 @@ from beamviz.cli.options import (
     OVER,
     SWEEP_STORE,
     check_store_options,
-    lesson_of_file,
+    names_file,
     note_unused,
     number,
     option,
@@ -330,15 +330,14 @@ def serve(
     beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer import serve
 
-    own_lesson = lesson_of_file(context)
-
+    lesson: Any = context.params.get("lesson")
     port = check_int("port", port, 1, 65535)
     visitors = check_int("visitors", visitors, 1, 1000)
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
     try:
         given = (host, port, open, public_url, visitors, follow, processes, key_file)
-        serve(scene, *given, own_lesson)
+        serve(scene, *given, lesson if names_file(lesson) else None)
     except Terminated as end:
         if end.number != signal.SIGTERM:  # which is how a service is ended
             raise

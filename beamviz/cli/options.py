@@ -20,7 +20,6 @@ from beamviz.solver.problem import OPTIONS
 from beamviz.units import BY_NAME, Units, parse_over
 
 if TYPE_CHECKING:
-    from beamviz.lessons.lesson_file import OwnLesson
     from beamviz.scene import Scene
 
 MAX_POINTS = 10_000  # of a sweep
@@ -202,14 +201,6 @@ def lesson_names(begun: str) -> list[str]:
 def names_file(lesson: str | None) -> bool:
     """Whether the lesson given is the file of one's own, not the name of one."""
     return lesson is not None and lesson.endswith(".toml")
-
-
-def lesson_of_file(context: typer.Context) -> "OwnLesson | None":
-    """The lesson of the file that --lesson names, if it does. Raises InvalidInput."""
-    from beamviz.lessons.lesson_file import OwnLesson
-
-    lesson: Any = context.params.get("lesson")
-    return OwnLesson.from_toml(lesson) if names_file(lesson) else None
 
 
 SCENE_KEYWORDS = [

@@ -30,7 +30,7 @@ from beamviz.drawing.text import Measure, frequencies
 from beamviz.drawing.tip_path import TipPath
 from beamviz.tables import plural
 
-INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
+INSET, OPACITY = 0.95, 0.5  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
 TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of the title of a row, from the clamp
 BELOW = np.array([-0.4, 0.0, -0.12])  # the same of the lowest beam, with its speed above it
@@ -66,7 +66,7 @@ class BeamView:
         self.bodies = Bodies(scene, root, OPACITY if overlay else None)
         self.joint = None if overlay else RootJoint(scene, root)
         self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
-        self.tip_path = TipPath(scene, root, colours.BEFORE if overlay else colours.TIP_PATH)
+        self.tip_path = TipPath(scene, root, overlay=overlay)
         self.forces: ForceArrows | None = None  # made when they are first shown
         self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
         self.title = Caption(scene, f"{root}/title", "bottom")

@@ -16,10 +16,10 @@ const beamvizCaptions = (() => {
   /** @param {Text[]} list */
   function show(list) {
     const layer = layerOf();
-    layer.replaceChildren(...list.map(({ text, hint }) => {
+    layer.replaceChildren(...list.map(({ text, hint, anchor }) => {
       const element = document.createElement("span");
       element.textContent = text;
-      element.className = hint ? "hint" : "";
+      element.className = hint ? `hint ${anchor}` : "";
       return element;
     }));
     captions = list.map((one, k) => {

@@ -103,9 +103,9 @@ class SceneGraph:
         """A cylinder along z, its middle at the origin of its node."""
         return self._add("cylinder", name, radius=radius, height=height, **properties)
 
-    def add_line_segments(self, name: str, points: NDArray, color: Any, **properties: Any) -> Node:
-        """Lines (n, 2, 3)."""
-        return self._add("lines", name, points=points, color=color, **properties)
+    def add_line_segments(self, name: str, points: NDArray, colors: Any, **properties: Any) -> Node:
+        """Lines (n, 2, 3) of one colour."""
+        return self._add("lines", name, points=points, colors=colors, **properties)
 
     def add_light_hemisphere(self, name: str, **properties: Any) -> Node:
         """Light from above and below."""

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from beamviz.drawing import colours
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
-from beamviz.drawing.colours import RGB
 from beamviz.drawing.modes import AT_REST, SampledModes
 from beamviz.drawing.scene_graph import DrawnScene
 
@@ -20,21 +20,26 @@ THICKNESS = 2.0  # [pixels]
 
 
 class TipPath:
-    """The path of the tip of a beam, a line in a scene."""
+    """The path of the tip of a beam, a line in a scene, in the colour of texts; overlay: in that of
+    a beam over another."""
 
-    def __init__(self, scene: DrawnScene, root: str, colour: RGB):
+    def __init__(self, scene: DrawnScene, root: str, *, overlay: bool):
         self.scene, self.points, self.is_shown = scene, np.zeros((0, 3)), False
+        self.colours = [colours.BEFORE] * 2 if overlay else colours.LETTERS  # light and dark
+        self.colour = self.colours[0]
         name, ends = f"{root}/rotor/tip_path", np.zeros((1, 2, 3))
         self.line = scene.add_line_segments(
-            name, ends, colour, thickness=THICKNESS, thickness_units="screen", visible=False
+            name, ends, self.colour, thickness=THICKNESS, thickness_units="screen", visible=False
         )
 
     def show(self, drawn: DrawnBeam) -> None:
         """Show the path of a beam if its view has one and the tip moves; `move` follows."""
         self.drawn, given = drawn, drawn.shapes.tip_path
-        moves = given is not None or len(times_passed(rates(drawn)[drawn.shown])) > 0
-        self.is_shown = drawn.view.tip_path and not drawn.warning and moves
-        self.line.visible = self.is_shown
+        self.is_shown = self.line.visible = has_path(drawn)
+        colour = self.colours[drawn.view.dark]
+        if colour != self.colour:
+            self.colour = colour
+            self.scene.set_properties(self.line, colors=np.array(colour, np.uint8))
         if self.is_shown and given is not None:
             self.draw(to_hub_frame(drawn.shapes, given)[0])
 
@@ -49,6 +54,12 @@ class TipPath:
         if not np.array_equal(points, self.points):
             self.points = points
             self.scene.set_properties(self.line, points=np.stack([points[:-1], points[1:]], 1))
+
+
+def has_path(drawn: DrawnBeam) -> bool:
+    """Whether the path of a beam is shown: its view has one, and the tip moves."""
+    moves = drawn.shapes.tip_path is not None or len(times_passed(rates(drawn)[drawn.shown])) > 0
+    return drawn.view.tip_path and not drawn.warning and moves
 
 
 def tip_points(shapes: SampledModes, phases: NDArray, amplitudes: NDArray) -> NDArray:

@@ -46,7 +46,7 @@ def serve(
     follow: bool = False,
     processes: int | None = None,
     key_file: Path | None = None,
-    lesson: OwnLesson | None = None,
+    lesson_file: str | Path | None = None,
 ) -> None:
     """Serve the explorer, starting from `scene`, until an exception ends it: see
     `terminate_on_signal`.
@@ -56,18 +56,18 @@ def serve(
     public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
     follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
     number that share the visitors (see `process_count`); key_file: a file with the visitors' key,
-    for several servers behind one address, instead of a key for this run; lesson: pages open within
-    it, and leave it to `scene`.
+    for several servers behind one address, instead of a key for this run; lesson_file: pages open
+    within its lesson, and leave it to `scene`.
 
-    Raises InvalidInput for a beam that the method cannot solve, a scene of the lesson that is not
-    valid, a number of processes that is not
-    possible or an invalid key, and Unavailable if the address is not available, if viser or
-    websockets lack a required attribute, or if the self-test fails and other machines can reach
-    the server.
+    Raises InvalidInput for a beam that the method cannot solve, a lesson that is not valid, a
+    number of processes that is not possible or an invalid key, and Unavailable if the address is
+    not available, if viser or websockets lack a required attribute, or if the self-test fails and
+    other machines can reach the server.
     """
     check_scene(scene)
+    lesson = OwnLesson.from_toml(lesson_file) if lesson_file else None
     if lesson:
-        links.opened_lesson(usual_state(scene, links.PAGE), lesson, "--lesson")
+        links.opened_lesson(usual_state(scene, links.PAGE), lesson, str(lesson_file))
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""

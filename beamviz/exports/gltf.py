@@ -161,8 +161,7 @@ def add_all(
             nodes.append(gltf.node(name, part.vertices, part.faces, part.color))
     if drawn.tip_path.is_shown:
         points = tip_points(drawn.shapes, phases, drawn.drawn.amplitudes)
-        colour = colours.BEFORE if drawn.overlay else colours.TIP_PATH
-        nodes.append(gltf.line(f"{prefix}tip's path", points, colour))
+        nodes.append(gltf.line(f"{prefix}tip's path", points, drawn.tip_path.colour))
     if drawn.bodies.shown:
         body_channels = add_bodies(gltf, drawn, phases, f"{prefix}mass")
         nodes += dict.fromkeys(node for node, *_ in body_channels)

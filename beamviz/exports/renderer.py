@@ -69,7 +69,7 @@ class Geometry:
                 continue
             if node.kind == "lines":
                 ends = node.points @ rotation.T + position
-                self.lines.append((ends, linear(node.color), node.thickness))
+                self.lines.append((ends, linear(node.colors), node.thickness))
                 continue
             if node.kind == "light":  # see LIGHTS
                 continue

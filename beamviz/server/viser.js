@@ -3,6 +3,7 @@
 "use strict";
 const beamvizViser = (() => {
   const SUPPORTED = "viser>=1.1,<1.2";
+  const LOWEST = (85 / 180) * Math.PI; // from the axis: the camera stays above the floor, and off the edge of the plane of rotation
   const AGAIN = 1000; // [ms] until what is missing is looked for again
 
   /**
@@ -22,7 +23,7 @@ const beamvizViser = (() => {
    * @property {HTMLCanvasElement} canvas
    * @property {any} scene of three.js
    * @property {any} camera of three.js
-   * @property {{ zoomTo(zoom: number): void }} cameraControl
+   * @property {{ zoomTo(zoom: number): void, maxPolarAngle: number }} cameraControl
    */
   const PARTS = { // the types of these
     sendMessage: "function", messageQueue: "object", requestRender: "function",
@@ -41,15 +42,17 @@ const beamvizViser = (() => {
       .filter(([name, type]) => typeof found[name] !== type || found[name] === null)
       .map(([name]) => name);
     if (typeof found.cameraControl?.zoomTo !== "function") names.push("cameraControl.zoomTo");
+    if (typeof found.cameraControl?.maxPolarAngle !== "number") names.push("cameraControl.maxPolarAngle");
     return isWatched && !isConnected ? [...names, "message of a connection"] : names;
   }
 
-  /* Says what is missing, until nothing is: viser shows a scene, or should by now. */
+  /* Says what is missing, until nothing is: viser shows a scene, or should by now. Then its camera is
+     turned no lower than LOWEST. */
   function check() {
     const names = missing(), id = "viser-lacks";
     const notice = document.getElementById(id) ?? document.createElement("p");
     notice.remove();
-    if (!names.length) return;
+    if (!names.length) return void (/** @type {Viewer} */ (viewer()).cameraControl.maxPolarAngle = LOWEST);
     const text = `The scene is incomplete: viser's page lacks ${names.join(", ")}. Install ${SUPPORTED}.`;
     if (notice.textContent !== text) console.error(text);
     Object.assign(notice, { id, role: "alert", textContent: text });

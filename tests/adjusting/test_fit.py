@@ -106,14 +106,14 @@ def test_labels_decide_where_they_are_given():
 
 @pytest.mark.parametrize("factor", [{"bending_factor": 0.8}, {"mass_factor": 1.3}])
 def test_a_factor_is_recovered_in_si(factor, tmp_path):
-    """From a file in Hz and rpm, with decimal commas; the beam has the size and the speed that it
-    had, and the stiffness or the mass that fits."""
+    """From a file in Hz and rpm (1/min), with decimal commas; the beam has the size and the speed
+    that it had, and the stiffness or the mass that fits."""
     values = {"length": 1.2, "mass_per_length": 4.0, "bending_stiffness": 900.0, "mass": 1.0}
     given = Beam.from_si(**values, axial_stiffness=1e8, rotation_rpm=100)
     name, value = next(iter(factor.items()))
     key = {"bending_factor": "bending_stiffness", "mass_factor": "mass_per_length"}[name]
     changed = {**values, key: values[key] * value}
-    lines = ["speed [rpm];frequency [Hz]"]
+    lines = ["rpm;frequency", "1/min;Hz"]
     for rpm in (0, 100, 300):
         truth = Beam.from_si(**changed, axial_stiffness=1e8, rotation_rpm=rpm)
         lines += [
@@ -121,7 +121,7 @@ def test_a_factor_is_recovered_in_si(factor, tmp_path):
             for f in truth.units.hertz(solve(truth, 2, tolerance=1e-9).frequencies)
         ]
     file = tmp_path / "measured.csv"
-    file.write_text("\n".join(lines).replace("speed [rpm]", "rpm"))
+    file.write_text("\n".join(lines))
     answer = adjust(given, [name], measured=file)
     expected = Beam.from_si(**changed, axial_stiffness=1e8, rotation_rpm=100)
     assert answer.free[name] == pytest.approx(value, rel=1e-6)

@@ -280,12 +280,15 @@ def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
     ids=str,
 )
 def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
-    """Below what there is to do, in the lesson and in the page; the next step begins at its top."""
+    """Below what there is to do, in the lesson and in the page, as all answers were before; the
+    next step begins at its top."""
+    in_view = f"""(e => e.getBoundingClientRect().bottom
+      <= Math.min({by_id("lesson")}.getBoundingClientRect().bottom, innerHeight) + 1)"""
     desk.resize(*size)
     desk.send("lesson", name, until=f"!!document.querySelector('.guesses') && {says('expect?')}")
+    desk.wait(f"{in_view}(document.querySelector('.guesses button:last-child'))")
     desk.click("document.querySelector('.guesses button')", until=f"!!{by_id('try')}")
-    ends = f"[{by_id('try')}, {by_id('lesson')}].map(e => e.getBoundingClientRect().bottom)"
-    desk.wait(f"(([look, lesson]) => look <= Math.min(lesson, innerHeight) + 1)({ends})")
+    desk.wait(f"{in_view}({by_id('try')})")
     desk.key("n", until="!!document.querySelector('#lesson .proof')")
     assert desk.evaluate(f"{by_id('lesson')}.scrollTop") == 0
 

@@ -190,7 +190,7 @@ def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(gue
     catch_up(guest)
     within = shown_state(session)
     assert within[3][1]
-    guest.do("lesson", "", until="from before the lesson is back")
+    guest.do("lesson", "", until="Your scene is back")
     catch_up(guest)
     guest.shows(OWN_BEAM)
     assert shown_state(session) == before
@@ -265,11 +265,11 @@ def test_out_of_a_lesson_in_which_the_page_was_opened(guest):
     """As after a reload: the scene before is in no address, and the page says so; not where the
     lesson was begun on the page."""
     guest.do("link", "?lesson=nodes", until=formatted(lesson("nodes").question))
-    guest.do("lesson", "", until="the scene before it is not known")
+    guest.do("lesson", "", until="the page as it starts")
     guest.shows(PAPER)
     begin(guest, "nodes")
     guest.do("gamma", 3.0, until=frequency_text(lesson("nodes").scene.beam.replace(gamma=3)))
-    guest.do("lesson", "", until="from before the lesson is back")
+    guest.do("lesson", "", until="Your scene is back")
 
 
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."

@@ -340,7 +340,7 @@ def test_votes_take_no_more_than_there_is_room_for(monkeypatch):
     assert votes.counts == {"y": {1: 1}, "z": {0: 1, 1: 1}}
 
 
-def test_a_server_opens_every_page_in_a_lesson():
+def test_a_server_opens_every_page_in_a_lesson(tmp_path):
     """(`beamviz serve --lesson FILE`.) On its plain address; leaving it returns to the scene of the
     server; one with a wrong scene does not start."""
     with explorer(START, lesson=LESSON) as url, visitor(url) as guest:
@@ -348,9 +348,10 @@ def test_a_server_opens_every_page_in_a_lesson():
         guest.wait(lambda _: guest.values["gamma"] == 2)
         guest.wait(lambda _: guest.parts["address"] == "")
         guest.do("lesson", "", until=lambda _: guest.values["gamma"] == START.beam.gamma)
-    wrong = OwnLesson((*LESSON.steps, LessonStep("gamma=999")))
-    with pytest.raises(InvalidInput, match=r"--lesson, step 3: gamma = 999: must lie in"):
-        serve(START, lesson=wrong)
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(OwnLesson((*LESSON.steps, LessonStep("gamma=999"))).to_toml())
+    with pytest.raises(InvalidInput, match=r"wrong.toml, step 3: gamma = 999: must lie in"):
+        serve(START, lesson_file=wrong)
 
 
 def test_undo_after_a_removal_shows_a_step_that_is_there(guest):

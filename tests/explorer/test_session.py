@@ -565,9 +565,11 @@ def test_a_mass_is_let_go_of_beyond_the_tip(guest, session):
 
 
 def test_both_planes_have_their_modes_on_the_page(guest):
-    """Flap and lag by name, and the page says so without an error."""
+    """Flap and lag by name, without an error, and the page says where a pitch has no effect."""
     guest.edit(plane="both", flap=0.1, pitch=30.0)
     guest.do("gamma", 5.0, until="1st flap")
+    assert guest.texts["section-note"] == ""
+    guest.do("flap", 1.0, until=lambda _: "no effect" in guest.texts["section-note"])
 
 
 def test_a_turned_section_in_a_single_plane_leads_to_both(guest):

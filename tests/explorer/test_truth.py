@@ -133,8 +133,10 @@ def test_in_lesson_1_a_faster_vibration_looks_faster(guest):
 
 
 def test_all_modes_have_the_scale_of_one(guest):
-    """In rows each mode has the full amplitude, and the legend says so."""
+    """In rows each mode has the full amplitude, and the legend says so; it names the path."""
     guest.wait(lambda _: "0.3 L" in guest.texts["legend"])  # two modes at once
+    assert "path" not in guest.texts["legend"]
+    guest.choose("tip_path", True, until=lambda _: "path" in guest.texts["legend"])
     guest.choose("all_modes", True, until=lambda _: "0.15 L" in guest.texts["legend"])
 
 

@@ -1,5 +1,7 @@
 """What our pages use of viser's page is there, or they say what is not."""
 
+import math
+
 import pytest
 from live.browser import READY, by_id, page
 
@@ -10,6 +12,8 @@ LACKS = f"{by_id('viser-lacks')}?.textContent"
 WITHOUT_A_PART = """Object.defineProperty(window, "__viserMutable", {
   set(viewer) { window.whole = viewer; }, configurable: true,
   get() { return window.whole && { ...window.whole, requestRender: undefined }; } })"""
+TURNED_DOWN = """(() => { const camera = window.__viserMutable.cameraControl;
+  camera.rotate(0, 2, false); return camera.polarAngle; })()"""
 OTHER_MESSAGES = """window.Worker = class extends Worker {
   addEventListener(kind, listener) { super.addEventListener("error", listener); } }"""
 
@@ -28,10 +32,12 @@ def test_a_page_says_what_another_viser_lacks(url, change, told):
 
 
 def test_the_supported_viser_lacks_nothing(url):
-    """Neither on the page of the explorer, nor on an exported one."""
+    """Neither on the page of the explorer, nor on an exported one; and its camera is not turned
+    below the floor."""
     with page(url) as shown:
         shown.wait(READY)
         assert not shown.evaluate(f"!!{by_id('viser-lacks')}")
+        assert shown.evaluate(TURNED_DOWN) < math.radians(90)
         assert shown.problems == []
 
 

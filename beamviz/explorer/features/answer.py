@@ -21,6 +21,7 @@ from beamviz.drawing.text import (
     significant,
     stress_text,
 )
+from beamviz.drawing.tip_path import has_path
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.declarations import Tab
@@ -48,6 +49,7 @@ STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and
 NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of stability
 FAMILY_NAMES = {"B": "bending", "S": "stretching", "F": "flap", "L": "lag"}  # by first letters
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
+TIP_PATH = '<div class="tip-path">tip\'s path</div>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. " + page.button(
     "Back to the modes", data_do="motion.leave"
@@ -129,7 +131,8 @@ def answer_content(
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
     """The legend; the colours have no scale where the beam is grey."""
     drawn, units = picture.drawn, picture.modes.beam.units
-    text = legend(drawn.view.colouring, picture.colour_ends, units)
+    text = TIP_PATH if has_path(drawn) else ""
+    text += legend(drawn.view.colouring, picture.colour_ends, units)
     return page.html("legend", "" if drawn.warning or answer is None else text)
 
 

@@ -69,6 +69,7 @@ MODES_HINT = (
 DIGITS_HINT = "All accurate digits, and the estimated error of each frequency"
 
 
+ALIKE = "Pitch and twist have no effect: the section bends as easily in every direction"
 REAL_ENDS = {"alpha": 2.0, "gamma": 12.0}  # of the sliders of real beams, which rotate slowly
 ROUNDING = 1e-9
 
@@ -97,6 +98,7 @@ CONTENT = {
     ),
     "beam": (
         "".join(map(number_slider, (*PARAMETERS, *SECTION)))
+        + '<div id="section-note"></div>'
         + f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         + page.button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
     ),
@@ -242,6 +244,9 @@ def numbers_content(case: Case) -> Content:
         of_blade = name == "flap" and case.blade is not None  # which has its own
         is_used = in_space or case.numbers[name] != getattr(Beam, name)
         content |= page.props(f"{name}-row", hidden=not is_used or of_blade)
+    is_idle = in_space and case.nearest_beam().bends_alike
+    reason = f'<p class="soft">{ALIKE}{" (κ = 1)" if case.blade is None else ""}.</p>'
+    content |= page.html("section-note", reason if is_idle else "")
     for name, number in case.numbers.items():
         own = measure(name, units)
         content |= page.html(f"{name}-label", escape(own.label))

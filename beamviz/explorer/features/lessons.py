@@ -42,11 +42,9 @@ LESSONS_HELP = (
     "A question, what to do, the answer with its number, and a challenge; and your own lesson, of"
     " scenes that you keep"
 )
-RETURNED = "The scene from before the lesson is back."
-STARTED = (
-    "This page was opened within the lesson, so the scene before it is not known: this is the scene"
-    " that every page starts with."
-)
+# On a phone they are as wide as the scene, with a button beside them.
+RETURNED = "Your scene is back."
+STARTED = "This is the page as it starts."
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: type the number beside a slider, or click the slider and use arrow keys."
