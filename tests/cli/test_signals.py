@@ -164,11 +164,12 @@ def test_workers_end_with_their_process_however_it_ends(tmp_path):
     wait_until(lambda: not session_of(process.pid))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "processes", "after"),
     [
         (signal.SIGINT, 1, 0.6),
-        *slow((signal.SIGTERM, 3, 0.4)),
+        (signal.SIGTERM, 3, 0.4),
     ],
 )
 def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
@@ -179,7 +180,8 @@ def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("after", [0.7, *slow(1.2)])
+@pytest.mark.slow
+@pytest.mark.parametrize("after", [0.7, 1.2])
 def test_a_picture_given_up_leaves_no_file(tmp_path, after):
     """While it loads, solves, draws and writes; the picture is there whole or not at all."""
     target = tmp_path / "out" / "picture.png"

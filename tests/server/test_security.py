@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from helpers import slow
 from live import server
 from live.browser import Page, frame, page
 from live.visitor import PAPER, visitor
@@ -200,7 +201,7 @@ def test_the_key_moves_from_the_address_to_a_cookie(network):
 
 @pytest.mark.parametrize(
     ("host", "public"),
-    [("0.0.0.0", ""), ("127.0.0.1", "https://x.example"), ("127.0.0.1", "https://x.example/a/b")],
+    [("0.0.0.0", ""), *slow(("127.0.0.1", "https://x.example/a/b"))],
 )
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""
