@@ -79,6 +79,7 @@ BY_NAME = {  # modules that import by a name, which is not seen unless it is a w
     *("evidence.benchmark.blade", "evidence.benchmark.external"),  # other programs
     "evidence.benchmark.exudyn_motion",
 }
+parses_everything = pytest.mark.slow  # the text of the package, for a second or two
 VIEWERS = {"viser", "matplotlib", "trimesh"}
 LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
 
@@ -168,12 +169,14 @@ def breaches(seen: list[Import]) -> list[Import]:
     return [each for each in seen if each.points_up and not each.is_late]
 
 
+@parses_everything
 def test_imports_point_down():
     """But for the methods of results, exactly as LATE_IMPORTS lists them."""
     assert breaches(all_imports()) == []
     assert {each[:3] for each in all_imports() if each.points_up} == LATE_IMPORTS
 
 
+@parses_everything
 def test_no_circle_of_imports():
     """Of no form, late imports aside."""
     graph = {module: set() for module in MODULES}
@@ -221,6 +224,7 @@ def test_no_attribute_is_made_on_access():
         assert "locals()" not in text, module
 
 
+@parses_everything
 def test_evidence_is_imported_by_its_commands_only():
     """Each of which imports its part where it runs, so that no other command loads it."""
     evidence = [each for each in all_imports() if each.target.startswith("evidence")]
@@ -228,6 +232,7 @@ def test_evidence_is_imported_by_its_commands_only():
     assert users == EVIDENCE_COMMANDS
 
 
+@parses_everything
 def test_the_space_needs_no_mechanics():
     """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
     below = {"solver.problem", "solver.constitutive", "solver.solution"}
@@ -236,6 +241,7 @@ def test_the_space_needs_no_mechanics():
             assert each.target in below, each
 
 
+@parses_everything
 def test_the_solver_needs_numpy_and_scipy_only():
     """Beside the standard library and the package itself."""
     for each in all_imports():
@@ -244,6 +250,7 @@ def test_the_solver_needs_numpy_and_scipy_only():
             assert root in {*sys.stdlib_module_names, "numpy", "scipy"}, each
 
 
+@parses_everything
 def test_the_solver_is_used_through_its_entry_points():
     """Nothing above it imports a method, but where it needs what no solution has."""
     for each in all_imports():
@@ -297,7 +304,7 @@ CORE = ("session", "frame_loop", "view", "state", "snapshot", "visitor", "featur
 @pytest.mark.parametrize("name", CORE)
 def test_the_core_of_the_page_imports_no_feature(name):
     module = f"explorer.{name}"
-    targets = {one.target for one in imports(module, trees()[module])}
+    targets = {one.target for one in imports(module, ast.parse(MODULES[module].read_text()))}
     assert not {one for one in targets if one.startswith("explorer.features")}
 
 
@@ -308,6 +315,7 @@ def test_each_feature_of_the_page_is_in_its_tuple():
     assert listed == written
 
 
+@parses_everything
 def test_no_two_classes_have_the_same_name():
     classes = [
         node.name

@@ -30,7 +30,6 @@ COMMANDS = {  # each works for longer: in a process, in workers, while it writes
     "sweep": "sweep {}/a.zarr --over gamma=0:50:501 --over alpha=0:1:200 --workers 2",
     "serve": "serve --port {port} --processes 2",
 }
-OFTEN = ("sweep", "serve")  # by every test run
 
 pytestmark = [
     pytest.mark.usefixtures("interruptible"),
@@ -75,12 +74,12 @@ def session_of(pid: int) -> list[str]:
     return found
 
 
+OTHERS = [name for name in COMMANDS if name != "sweep"]
+
+
 @pytest.mark.parametrize(
     ("name", "to_group"),
-    [
-        *((name, k % 2 == 0) for k, name in enumerate(OFTEN)),
-        *slow(*((name, k % 2 == 0) for k, name in enumerate(sorted(COMMANDS.keys() - {*OFTEN})))),
-    ],
+    [("sweep", True), *slow(*((name, k % 2 == 0) for k, name in enumerate(OTHERS)))],
 )
 def test_a_command_ends_at_any_moment(tmp_path, name, to_group):
     """A random one, also while it imports and while its processes start. A terminal sends Ctrl-C to

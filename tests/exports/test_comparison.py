@@ -351,6 +351,7 @@ def test_the_lines_of_a_chart_have_the_names_of_the_page(tmp_path):
 # Motions in time
 
 
+@pytest.mark.slow
 def test_files_of_a_motion_have_the_theory_without_stiffening(tmp_path):
     """In a film and a page as a second beam that is where the theory has it, until it diverges; in
     the chart as a second line."""

@@ -5,7 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers import contents
+from helpers import contents, slow
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, __version__, solve_many, sweep
 from beamviz.units import Units
@@ -56,7 +56,13 @@ def expected_status(equilibrium):
     return {"unstable": "divergence", "growing": "flutter"}[equilibrium.status]
 
 
-@pytest.mark.parametrize("name", SWEEPS)
+OFTEN = (
+    *("speed", "all five", "position", "Coriolis", "limits", "limits across", "buckling"),
+    *("the paper's elements", "bent", "inward"),
+)
+
+
+@pytest.mark.parametrize("name", [*OFTEN, *slow(*(name for name in SWEEPS if name not in OFTEN))])
 def test_numbers_are_those_of_solve(name):
     """At random places: status, limit, families; frequencies and errors within their bounds."""
     axes, fixed, options = SWEEPS[name]
