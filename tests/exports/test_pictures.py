@@ -322,6 +322,15 @@ def test_one_mode_alone_runs_at_its_own_pace():
         assert (angle == 0) is rotating_frame
 
 
+@pytest.mark.parametrize("rotating_frame", [False, True])
+def test_the_hub_of_a_film_turns_at_its_speed(rotating_frame):
+    """Beside the mode shown, but for the change that closes the film; or the ground does."""
+    solved = SolvedScene(Scene.of(PAPER, mode=2, rotating_frame=rotating_frame))
+    loop = Loop(solved)
+    ratio = PAPER.gamma / solved.solution.frequencies[1] * (1 + loop.changes["rotation"])
+    assert loop.angle / loop.phases[1] == pytest.approx(ratio)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
 def test_progress_is_shown_where_somebody_watches(tmp_path):
