@@ -217,16 +217,16 @@ class Case(NamedTuple):
     check: Callable[..., None]
     strategies: tuple[st.SearchStrategy, ...]
     share: float
-    examples: int = 40
+    examples: int = 15
 
 
 CASES = {
-    "Beam": Case(make_beam, (st.dictionaries(NAMES, ANY_VALUE, min_size=1),), 0.4, 100),
-    "solve": Case(solve_beam, (beams(), OPTIONS), 0.1, 25),
+    "Beam": Case(make_beam, (st.dictionaries(NAMES, ANY_VALUE, min_size=1),), 0.4, 30),
+    "solve": Case(solve_beam, (beams(), OPTIONS), 0.1, 10),
     "solve, odd keywords": Case(solve_any_options, (beams(), ANY_OPTIONS), 0.03),
-    "loci": Case(sweep, (ranges(wide=False), *SWEPT), 0.008, 8),
-    "loci, wild": Case(sweep, (ranges(wide=True), *SWEPT), 0.002, 8),
+    "loci": Case(sweep, (ranges(wide=False), *SWEPT), 0.008, 3),
+    "loci, wild": Case(sweep, (ranges(wide=True), *SWEPT), 0.002, 5),
     "loci, odd ranges": Case(sweep_any_values, (beams(), NAMES, ANY_RANGE), 0.01),
-    "TOML": Case(read_toml, (TOML,), 0.3, 80),
+    "TOML": Case(read_toml, (TOML,), 0.3, 30),
     "command line": Case(run_command, (LINES,), 0.15),
 }

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from helpers import slow
 
 from beamviz.explorer.features import FEATURES
 
@@ -78,6 +79,7 @@ BY_NAME = {  # modules that import by a name, which is not seen unless it is a w
     *("evidence.benchmark.blade", "evidence.benchmark.external"),  # other programs
     "evidence.benchmark.exudyn_motion",
 }
+parses_everything = pytest.mark.slow  # the text of the package, for a second or two
 VIEWERS = {"viser", "matplotlib", "trimesh"}
 LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
 
@@ -110,19 +112,22 @@ class Import(NamedTuple):
         return self.is_statement and self[:3] in LATE_IMPORTS
 
 
-def imports(module: str, text: str) -> Iterator[Import]:
-    for node, scope in nodes(ast.parse(text)):
+def imports(module: str, tree: ast.Module) -> Iterator[Import]:
+    for node, scope in nodes(tree):
         for name in imported(node):
             is_statement = not isinstance(node, ast.Constant)
             yield Import(module, scope, name.removeprefix("beamviz."), is_statement)
 
 
-def nodes(parent: ast.AST, scope: str = "") -> Iterator[tuple[ast.AST, str]]:
+def nodes(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
     """All nodes below another, each with the class and function that it is in."""
-    for node in ast.iter_child_nodes(parent):
-        yield node, scope
-        named = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
-        yield from nodes(node, f"{scope}.{node.name}".strip(".") if named else scope)
+    waiting = [(tree, "")]
+    while waiting:
+        parent, scope = waiting.pop()
+        for node in ast.iter_child_nodes(parent):
+            yield node, scope
+            named = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+            waiting.append((node, f"{scope}.{node.name}".strip(".") if named else scope))
 
 
 def imported(node: ast.AST) -> Iterator[str]:
@@ -139,8 +144,14 @@ def imported(node: ast.AST) -> Iterator[str]:
 
 
 @cache
+def trees() -> dict[str, ast.Module]:
+    """The syntax trees of all modules."""
+    return {name: ast.parse(path.read_text()) for name, path in MODULES.items()}
+
+
+@cache
 def all_imports() -> list[Import]:
-    return [each for name, path in MODULES.items() for each in imports(name, path.read_text())]
+    return [each for name, tree in trees().items() for each in imports(name, tree)]
 
 
 @cache
@@ -158,12 +169,14 @@ def breaches(seen: list[Import]) -> list[Import]:
     return [each for each in seen if each.points_up and not each.is_late]
 
 
+@parses_everything
 def test_imports_point_down():
     """But for the methods of results, exactly as LATE_IMPORTS lists them."""
     assert breaches(all_imports()) == []
     assert {each[:3] for each in all_imports() if each.points_up} == LATE_IMPORTS
 
 
+@parses_everything
 def test_no_circle_of_imports():
     """Of no form, late imports aside."""
     graph = {module: set() for module in MODULES}
@@ -191,7 +204,7 @@ def test_no_circle_of_imports():
 def test_every_form_of_import_is_seen(line):
     """An import of a layer above by the solver is refused in each form, also where a method of a
     result imports another module, or the right one invisibly."""
-    assert breaches([*imports("solver.solution", line)])
+    assert breaches([*imports("solver.solution", ast.parse(line))])
 
 
 def test_few_modules_import_by_name():
@@ -211,6 +224,7 @@ def test_no_attribute_is_made_on_access():
         assert "locals()" not in text, module
 
 
+@parses_everything
 def test_evidence_is_imported_by_its_commands_only():
     """Each of which imports its part where it runs, so that no other command loads it."""
     evidence = [each for each in all_imports() if each.target.startswith("evidence")]
@@ -218,6 +232,7 @@ def test_evidence_is_imported_by_its_commands_only():
     assert users == EVIDENCE_COMMANDS
 
 
+@parses_everything
 def test_the_space_needs_no_mechanics():
     """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
     below = {"solver.problem", "solver.constitutive", "solver.solution"}
@@ -226,6 +241,7 @@ def test_the_space_needs_no_mechanics():
             assert each.target in below, each
 
 
+@parses_everything
 def test_the_solver_needs_numpy_and_scipy_only():
     """Beside the standard library and the package itself."""
     for each in all_imports():
@@ -234,6 +250,7 @@ def test_the_solver_needs_numpy_and_scipy_only():
             assert root in {*sys.stdlib_module_names, "numpy", "scipy"}, each
 
 
+@parses_everything
 def test_the_solver_is_used_through_its_entry_points():
     """Nothing above it imports a method, but where it needs what no solution has."""
     for each in all_imports():
@@ -248,16 +265,17 @@ def test_the_solver_is_used_through_its_entry_points():
     ("code", "used", "unused"),
     [
         ("import beamviz", "beamviz", {"numpy", "scipy", *VIEWERS}),
-        ('from beamviz.cli import main; main(["modes"])', "scipy.linalg", LIBRARIES | VIEWERS),
         (
-            "from beamviz import Beam, solve; beam = Beam(alpha=1, beta=0.5, gamma=10);"
-            "[solve(beam, state=state, coriolis=True) for state in ('straight', 'stable')]",
-            *("beamviz.solver", {"beamviz.solver.bent"}),
+            "from beamviz.cli import main; modes = ['modes', '--gamma=9', '--coriolis'];"
+            "main(modes); main([*modes, '--state=stable'])",
+            *("scipy.linalg", LIBRARIES | VIEWERS | {"beamviz.solver.bent"}),
         ),
-        (
-            "import tempfile; from beamviz import Scene, screenshot;"
-            "screenshot(tempfile.mkdtemp() + '/a.png', Scene(), 64, 64)",
-            *("trimesh", {"viser", "websockets", "beamviz.server"}),
+        *slow(
+            (
+                "import tempfile; from beamviz import Scene, screenshot;"
+                "screenshot(tempfile.mkdtemp() + '/a.png', Scene(), 64, 64)",
+                *("trimesh", {"viser", "websockets", "beamviz.server"}),
+            )
         ),
     ],
 )
@@ -286,7 +304,7 @@ CORE = ("session", "frame_loop", "view", "state", "snapshot", "visitor", "featur
 @pytest.mark.parametrize("name", CORE)
 def test_the_core_of_the_page_imports_no_feature(name):
     module = f"explorer.{name}"
-    targets = {one.target for one in imports(module, MODULES[module].read_text())}
+    targets = {one.target for one in imports(module, ast.parse(MODULES[module].read_text()))}
     assert not {one for one in targets if one.startswith("explorer.features")}
 
 
@@ -297,11 +315,12 @@ def test_each_feature_of_the_page_is_in_its_tuple():
     assert listed == written
 
 
+@parses_everything
 def test_no_two_classes_have_the_same_name():
     classes = [
         node.name
-        for path in MODULES.values()
-        for node in ast.walk(ast.parse(path.read_text()))
+        for tree in trees().values()
+        for node in ast.walk(tree)
         if isinstance(node, ast.ClassDef)
     ]
     assert len(classes) == len(set(classes)), [k for k in set(classes) if classes.count(k) > 1]

@@ -24,11 +24,18 @@ CELLS = [c for c in json.loads(NOTEBOOK.read_text())["cells"] if c["cell_type"] 
 
 
 @pytest.fixture(scope="module")
-def running(tmp_path_factory) -> Iterator[Kernel]:
+def end_of_kernel() -> Iterator[contextlib.ExitStack]:
+    """What ends the kernel of this file when it is closed."""
+    with contextlib.ExitStack() as end:
+        yield end
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory, end_of_kernel) -> Kernel:
     """A kernel for all tests of this file, which has imported beamviz."""
-    with kernel(tmp_path_factory.mktemp("kernel")) as started:
-        started.run("import beamviz\nfrom beamviz import Beam")
-        yield started
+    started = end_of_kernel.enter_context(kernel(tmp_path_factory.mktemp("kernel")))
+    started.run("import beamviz\nfrom beamviz import Beam")
+    return started
 
 
 @pytest.fixture
@@ -125,31 +132,6 @@ def test_what_cannot_be_shown_is_named(opened):
 
 
 @pytest.mark.slow
-def test_a_page_ends_with_its_kernel_and_says_what_to_do(tmp_path):
-    """As with a process that is killed, its port is free again. It is said in the frame that is
-    open; and above the frame where the notebook is opened again, which says nothing of it while the
-    kernel runs."""
-    told = "!!document.querySelector('object p').getClientRects().length"
-    with contextlib.ExitStack() as stack:
-        with kernel(tmp_path) as started:
-            shown = markup(started.run("import beamviz\nbeamviz.show(height=300);"))
-            site = stack.enter_context(server.website(f"<!doctype html>{shown}"))
-            opened = stack.enter_context(page(site, 600, 400))
-            inside = stack.enter_context(frame(frame_address(shown)))
-            inside.wait(READY)
-            url = frame_address(shown)
-            assert 'height="300"' in shown
-            assert server.http_get(url, path_of(url))[0] == 200
-            assert not inside.evaluate(says("run the cell again"))
-            assert not opened.evaluate(told)
-        with pytest.raises(ConnectionRefusedError):
-            server.http_get(url, path_of(url))
-        inside.wait(says("run the cell again"))
-        opened.reload()
-        opened.wait(told)
-
-
-@pytest.mark.slow
 def test_two_pages_are_shown_read_moved_and_closed(running):
     """Each in the frame of its cell, in a page of another site. What its visitor does is read in
     Python, which moves the page; the other page stays. Opened again, a page shows what was left."""
@@ -211,6 +193,32 @@ def test_the_outputs_are_those_of_the_code(running):
         assert len(shown) == len(pictures(cell))
     assert (drawn, frames) == (4, 1)
     assert not list(running.folder.glob("*"))
+
+
+@pytest.mark.slow
+def test_a_page_ends_with_its_kernel_and_says_what_to_do(running, end_of_kernel):
+    """As with a process that is killed, its port is free again. It is said in the frame that is
+    open; and above the frame where the notebook is opened again, which says nothing of it while the
+    kernel runs. The last test of the kernel."""
+    told = "!!document.querySelector('object p').getClientRects().length"
+    shown = markup(running.run("beamviz.show(height=300);"))
+    url = frame_address(shown)
+    with (
+        server.website(f"<!doctype html>{shown}") as site,
+        page(site, 600, 400) as opened,
+        frame(url) as inside,
+    ):
+        inside.wait(READY)
+        assert 'height="300"' in shown
+        assert server.http_get(url, path_of(url))[0] == 200
+        assert not inside.evaluate(says("run the cell again"))
+        assert not opened.evaluate(told)
+        end_of_kernel.close()
+        with pytest.raises(ConnectionRefusedError):
+            server.http_get(url, path_of(url))
+        inside.wait(says("run the cell again"))
+        opened.reload()
+        opened.wait(told)
 
 
 def test_its_pictures_are_small_and_not_blank():

@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from functools import cache
 from math import pi
 from pathlib import Path
 
@@ -61,8 +62,12 @@ def test_the_options_exist(page):
         for command, rest in re.findall(r"`?beamviz ([a-z]+)([^|`]*)", line):
             about = line if line.startswith("| `beamviz") else rest
             words = re.findall(r"--[a-z-]+|(?<=\.)(?:gif|webp|mp4|html|glb|csv|npz|png)\b", about)
-            shown = CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
-            assert [word for word in words if word not in shown] == [], line
+            assert [word for word in words if word not in help_of(command)] == [], line
+
+
+@cache
+def help_of(command: str) -> str:
+    return CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
 
 
 @pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))

@@ -12,7 +12,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
-from helpers import SCRIPTS, load_script, slow
+from helpers import SCRIPTS, load_script
 from packaging.requirements import Requirement
 
 import beamviz
@@ -125,6 +125,7 @@ def brought_by(extra: str) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 def test_the_explorer_has_every_package_that_beamviz_imports(monkeypatch):
     """A user of scripts/serve.py meets no "pip install": its environment has all that any module
     of beamviz imports anywhere, except the peers of the benchmark. That of the tests has it too."""
@@ -239,7 +240,8 @@ def test_names_may_be_left_out_and_a_wrong_one_is_an_error_of_one_line(capsys):
     assert "c: must be one of a, b" in error
 
 
-@pytest.mark.parametrize("name", ["benchmark", *slow("limits", "validation")])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["benchmark", "validation"])
 def test_a_script_ends_with_one_line_for_a_wrong_argument(name):
     command = [PYTHON, SCRIPTS / f"{name}.py", "--wrong"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -254,7 +256,7 @@ def test_every_option_that_counts_is_known():
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}
 
 
-@pytest.mark.parametrize("bad", ["types", "lint", "tests"])
+@pytest.mark.parametrize("bad", ["types", "tests"])
 def test_the_exit_code_says_whether_every_check_passed(checks, monkeypatch, capfd, bad):
     """One failure is a failure, in the background too, and the checks after it still run."""
     every = dict.fromkeys(("types", "lint", "tests"), GOOD)

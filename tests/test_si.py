@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import same_beam
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import blades, physical_beams
 
@@ -133,6 +133,7 @@ def test_a_speed_is_in_radians_per_second_or_in_rpm():
         Beam.from_si(**PLAIN, rotation_rpm=300, rotation_speed=1)
 
 
+@settings(max_examples=20)
 @given(physical_beams())
 def test_si_and_back(values):
     """from_si(**beam.si) is the beam, to rounding."""
@@ -140,6 +141,7 @@ def test_si_and_back(values):
     same_beam(Beam.from_si(**beam.si), beam)
 
 
+@settings(max_examples=20)
 @given(physical_beams())
 def test_a_toml_file_holds_the_keywords(tmp_path_factory, values):
     """With [[masses]] as tables."""
@@ -152,6 +154,7 @@ def test_a_toml_file_holds_the_keywords(tmp_path_factory, values):
     assert Beam.from_toml(path) == Beam.from_si(**values, masses=masses)
 
 
+@settings(max_examples=20)
 @given(physical_beams(by_stations=True))
 def test_a_csv_file_holds_the_stations(tmp_path_factory, values):
     """Alone, or named in a TOML file beside it that has the rest; in any order, with units."""
@@ -174,6 +177,7 @@ def test_a_csv_file_holds_the_stations(tmp_path_factory, values):
     assert Beam.from_toml(folder / "b.toml") == beam.replace(masses=())
 
 
+@settings(max_examples=20)
 @given(physical_beams())
 def test_a_scene_file_and_a_link_hold_a_blade(values):
     """The file to the last bit, the link in SI to rounding."""
@@ -182,6 +186,7 @@ def test_a_scene_file_and_a_link_hold_a_blade(values):
     same_beam(Scene.from_query(parse_query(scene.to_query())).beam, scene.beam)
 
 
+@settings(max_examples=20)
 @given(blades(), st.lists(st.builds(Mass, st.floats(0, 10), st.floats(0, 1)), max_size=3))
 def test_a_scene_file_and_a_link_hold_a_dimensionless_blade(blade, masses):
     """To the last bit, also over a base with another blade."""

@@ -368,6 +368,7 @@ def test_what_a_shell_is_told_to_complete(run, monkeypatch, words):
     assert (code, out.split(), err) == (0, COMPLETED[words], "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("bash"), reason="needs bash")
 def test_bash_completes(completed):
     """By the script that is printed for it."""
@@ -387,17 +388,11 @@ LONG = {  # and short
     "json": "modes --format json",
     "help": "modes --help",
     "error": "modes --gamma -1 --format json",
-    "loci": "loci --over gamma --start 0 --stop 1 --points 2000 --format csv",
-    "modes": "modes",
-    "commands": "--help",
-    "version": "--version",
-    "lessons": "lessons",
-    "motion": "motion --until 1 --points 5000 --format csv",
+    "loci": "loci --over gamma --start 0 --stop 1 --points 200 --format csv",
 }
-OFTEN = ("json", "help", "error", "loci")  # by every test run
 
 
-@pytest.mark.parametrize("name", [*OFTEN, *slow(*(name for name in LONG if name not in OFTEN))])
+@pytest.mark.parametrize("name", ["loci", "error", *slow("json", "help")])
 def test_a_reader_that_leaves_early_has_what_it_wants(name):
     """`beamviz modes | true` is no failure and says nothing: what is written goes nowhere, at once
     or when the buffer is full. A failure stays one."""
@@ -416,6 +411,7 @@ def test_a_full_disk_is_one_line():
     assert (done.returncode, done.stderr) == (1, "beamviz: [Errno 28] No space left on device\n")
 
 
+@pytest.mark.slow
 def test_a_file_does_not_depend_on_the_encoding_of_the_system(tmp_path):
     """Greek letters are written where the locale has none; a CSV file needs none."""
     ascii_only = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
@@ -427,11 +423,12 @@ def test_a_file_does_not_depend_on_the_encoding_of_the_system(tmp_path):
 
 
 def test_as_a_module_the_exit_code_reaches_the_shell():
-    """`python -m beamviz` ends with the code of main(); the version is that of the package."""
-    version = process("--version")
-    assert (version.returncode, version.stdout) == (0, f"beamviz {__version__}\n")
-    assert version.stderr == ""
+    """`python -m beamviz` ends with the code of main()."""
     assert process("modes", "--alpha", "-1").returncode == 2
+
+
+def test_the_version_is_that_of_the_package(run):
+    assert run("--version") == (0, f"beamviz {__version__}\n", "")
 
 
 def test_a_beam_is_held_where_it_is_pulled(run):

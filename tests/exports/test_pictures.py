@@ -102,9 +102,16 @@ def test_a_picture_looks_as_it_did(name):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"mu": 60}, {"mode": 1}, {"alpha": 1.1}, {"beta": 0.49}, {"colouring": "axial strain"}]
-    + [{"nodes": False}, {"ghosts": False}, {"tip_path": True}, {"forces": True}]
-    + [{"thicken": True, "mu": 100}, {"dark": True}],
+    [
+        {"mode": 1},
+        {"alpha": 1.1},
+        {"beta": 0.49},
+        {"nodes": False},
+        {"forces": True},
+        {"dark": True},
+    ]
+    + slow({"mu": 60}, {"colouring": "axial strain"}, {"ghosts": False}, {"tip_path": True})
+    + slow({"thicken": True, "mu": 100}),
     ids=str,
 )
 def test_another_beam_mass_colour_or_label_looks_different(changes):
@@ -112,8 +119,13 @@ def test_another_beam_mass_colour_or_label_looks_different(changes):
     assert difference(rendered(MASS.changed(**changes)), stored("mass")) > 2 * ALIKE
 
 
-@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
-@pytest.mark.parametrize("beam", [Beam(delta=-0.5), Beam(delta=3), Beam(mu=10), Beam(mu=10000)])
+@pytest.mark.parametrize(
+    ("beam", "plane"),
+    [
+        *((Beam(delta=-0.5), "chordwise"), (Beam(delta=3), "flapwise")),
+        *((Beam(mu=10), "flapwise"), (Beam(mu=10000), "chordwise")),
+    ],
+)
 def test_every_kind_of_beam_can_be_drawn(beam, plane):
     """Inward, on a large hub, thick, thin."""
     assert 0.01 < coloured(rendered(Scene(beam, {"plane": plane}), (320, 180))).mean() < 0.5
@@ -219,7 +231,7 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("dark", [False, *slow(True)])
 def test_the_shadow_of_a_gif_has_no_steps(tmp_path, dark):
     """Where shades change little by little, each pixel has its shade to two levels of 255 in the
     mean, although there are 256 colours in all."""
@@ -229,7 +241,7 @@ def test_the_shadow_of_a_gif_has_no_steps(tmp_path, dark):
     shown = decoded(tmp_path / "a.gif").astype(int)
     solved = SolvedScene(scene)
     renderer, errors = Renderer(solved, 320, 180), []
-    for k in range(len(shown)):
+    for k in range(0, len(shown), 4):
         true = np.asarray(renderer.picture(loop.moment(k / len(shown))), int)
         step = np.abs(np.diff(true, axis=1)).max(axis=2)
         soft = (step > 0) & (step <= 6)
@@ -241,7 +253,7 @@ def test_the_shadow_of_a_gif_has_no_steps(tmp_path, dark):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "fps", "duration"),
-    [("gif", 8, 120), ("gif", 25, 40), ("gif", 40, 20), ("webp", 30, 33)],
+    [("gif", 8, 120), ("gif", 40, 20), ("webp", 30, 33)],
 )
 def test_every_frame_is_shown_equally_long(tmp_path, kind, fps, duration):
     """Where a format cannot have this frame rate it has the nearest one [ms] and the frames for
@@ -263,7 +275,7 @@ def test_every_frame_is_shown_equally_long(tmp_path, kind, fps, duration):
     st.sampled_from([(1.0,), (0.0, 1.0), (0.5, 0.5), (0.2, 0.0, 1.0, 0.3)]),
     st.floats(0, 3),
 )
-@settings(max_examples=12)
+@settings(max_examples=6)
 def test_after_the_last_frame_comes_the_first(gamma, rotating_frame, shares, alpha):
     """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
     beam = PAPER.replace(alpha=alpha, gamma=gamma)
@@ -310,13 +322,22 @@ def test_one_mode_alone_runs_at_its_own_pace():
         assert (angle == 0) is rotating_frame
 
 
+@pytest.mark.parametrize("rotating_frame", [False, True])
+def test_the_hub_of_a_film_turns_at_its_speed(rotating_frame):
+    """Beside the mode shown, but for the change that closes the film; or the ground does."""
+    solved = SolvedScene(Scene.of(PAPER, mode=2, rotating_frame=rotating_frame))
+    loop = Loop(solved)
+    ratio = PAPER.gamma / solved.solution.frequencies[1] * (1 + loop.changes["rotation"])
+    assert loop.angle / loop.phases[1] == pytest.approx(ratio)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
 def test_progress_is_shown_where_somebody_watches(tmp_path):
     """On a terminal a bar counts the frames up to all of them, with the time left."""
     screen, terminal = os.openpty()
     command = [sys.executable, "-m", "beamviz", "animate", str(tmp_path / "film.gif")]
-    small = ["--width", "64", "--height", "64", "--periods", "3"]  # seconds: for the time left
+    small = ["--width", "64", "--height", "64", "--periods", "1"]  # seconds: for the time left
     process = subprocess.Popen([*command, *small], stderr=terminal)
     os.close(terminal)
     seen = b""

@@ -170,8 +170,7 @@ def test_a_web_server_may_pass_on_only_what_is_below_its_path():
             shown.wait(lambda: shown.number("gamma") == 12.5)
 
 
-@pytest.mark.parametrize("name", ["localhost", "127.0.0.1"])
-@pytest.mark.parametrize("key", ["", KEY])
+@pytest.mark.parametrize(("name", "key"), [("localhost", KEY), ("127.0.0.1", "")])
 def test_a_tunnel_to_another_port_works(name, key):
     """With and without a key; a foreign page is refused there too."""
     host = "0.0.0.0" if key else "127.0.0.1"

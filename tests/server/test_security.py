@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from helpers import slow
 from live import server
 from live.browser import Page, frame, page
 from live.visitor import PAPER, visitor
@@ -34,16 +35,19 @@ FOREIGN: list[dict[str, str]] = [
     *({"Host": name, "Origin": f"http://{name}"} for name in REBOUND),
 ]
 NOT_UNICODE = "/?token=%ff%fe"
-PROCESSES = 2 if sys.platform == "linux" else 1
 
 
-@pytest.fixture(scope="module")
-def network(tmp_path_factory) -> Iterator[tuple[str, str]]:
-    """An explorer that the network can reach: its address on this machine, and its key. With two
+@pytest.fixture(scope="module", params=[1, *slow(2)], ids="{} processes".format)
+def network(request, tmp_path_factory) -> Iterator[tuple[str, str]]:
+    """An explorer that the network can reach: its address on this machine, and its key. In two
     processes, which get connections in turn, so that four reach both."""
+    if request.param == 1:
+        with explorer(SCENE, "0.0.0.0", visitor_key=KEY) as found:
+            yield f"http://127.0.0.1:{found.split(':')[2].partition('/')[0]}", KEY
+        return
     folder, options = tmp_path_factory.mktemp("network"), ("--host", "0.0.0.0")
-    with server.ServeProcess(folder, *options, processes=PROCESSES) as served:
-        assert PROCESSES == 1 or len(served.workers) == PROCESSES
+    with server.ServeProcess(folder, *options, processes=2) as served:
+        assert len(served.workers) == 2
         yield f"http://127.0.0.1:{served.port}", served.url.partition("?token=")[2]
 
 
@@ -200,7 +204,7 @@ def test_the_key_moves_from_the_address_to_a_cookie(network):
 
 @pytest.mark.parametrize(
     ("host", "public"),
-    [("0.0.0.0", ""), ("127.0.0.1", "https://x.example"), ("127.0.0.1", "https://x.example/a/b")],
+    [("0.0.0.0", ""), *slow(("127.0.0.1", "https://x.example/a/b"))],
 )
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""

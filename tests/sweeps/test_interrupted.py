@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -17,14 +18,16 @@ import pytest
 from helpers import contents
 from live.server import python, wait_until
 
-from beamviz import Beam, solve
+from beamviz import Beam
+from beamviz.cli import main
 from beamviz.cli.commands import KEPT
-from beamviz.sweeps import open_sweep, sweep
+from beamviz.sweeps import sweep
 from beamviz.sweeps.plan import make_plan
 from beamviz.sweeps.store import created
 
 LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:26"]
 CHUNKS, SOLVED = 13, "10426 solved\n"
+Run = Callable[..., tuple[int, str, str]]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
 
@@ -48,17 +51,14 @@ def has_chunks(store: Path, count: int) -> bool:
 def undisturbed(tmp_path_factory) -> dict[str, bytes]:
     """The store of a run to its end, with one process."""
     store = tmp_path_factory.mktemp("undisturbed") / "a.zarr"
-    with start(store, "--workers", "1") as process:
-        out, _ = process.communicate(timeout=120)
-    assert out == SOLVED
+    assert main(["sweep", str(store), *LINE, "--workers", "1"]) == 0
     return contents(store)
 
 
-def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
+def finish(run: Run, store: Path, undisturbed: dict[str, bytes]) -> str:
     """Resume a sweep; the same store as that of one run, byte by byte. Returns its progress."""
-    with start(store) as process:
-        out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (0, SOLVED), err
+    code, out, err = run("sweep", str(store), *LINE, "--workers", "1")
+    assert (code, out) == (0, SOLVED), err
     assert contents(store) == undisturbed
     return err
 
@@ -81,21 +81,16 @@ def ended(store: Path, number: signal.Signals, count: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_ended_by_a_signal_while_its_workers_start(number, tmp_path):
-    """As soon as the store is there."""
-    ended(tmp_path / "a.zarr", number, 0)
-
-
-@pytest.mark.slow
-def test_ended_by_signals_while_its_workers_work(undisturbed, tmp_path):
-    """One after the other; resumed at last it has the same store as in one run, byte by byte."""
+def test_ended_by_signals(undisturbed, tmp_path, run):
+    """One after the other: as soon as the store is there, while workers start, and while they work.
+    Resumed at last it has the same store as in one run, byte by byte."""
     store = tmp_path / "a.zarr"
-    for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+    ended(store, signal.SIGTERM, 0)
+    for number in (signal.SIGKILL, signal.SIGINT):
         before = chunks(store)
         ended(store, number, before + 1)
         assert before < chunks(store) < CHUNKS
-    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
+    assert "100 %, 10,426 of 10,426 beams" in finish(run, store, undisturbed)
 
 
 def test_another_process_makes_the_store_meanwhile(tmp_path):
@@ -137,51 +132,44 @@ def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
 
 
 @pytest.mark.slow
-def test_no_room(undisturbed, tmp_path):
+def test_no_room(undisturbed, tmp_path, run):
     """A file may not become large enough: one line, what is written stays; with room it resumes."""
     store = tmp_path / "a.zarr"
     largest = max(len(data) for name, data in undisturbed.items() if name.startswith("frequency"))
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (largest - 1, resource.RLIM_INFINITY))
-
-    with start(store, "--workers", "2", preexec_fn=limit) as process:
-        out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (1, "")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest - 1, before[1]))
+        code, out, err = run("sweep", str(store), *LINE, "--workers", "1")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (code, out) == (1, "")
     assert err.splitlines()[-1] == (
         f"beamviz: cannot write {store}: File too large; what is written is kept; make room there,"
         " or choose another place"
     )
     assert "Traceback" not in err
-    finish(store, undisturbed)
+    finish(run, store, undisturbed)
 
 
 @pytest.mark.slow
 def test_memory_does_not_grow(tmp_path):
     """Neither that of the first process nor that of a worker, for a sweep of 4 times as many
-    beams; and at a hundred of its places the numbers are those of solve."""
+    beams."""
     peaks = []
     for count in (2, 8):
         store = tmp_path / f"{count}.zarr"
-        axes = ("gamma=0:2:501", "alpha=0:5:4", f"beta=0.1:1:{count}")
-        over = (word for axis in axes for word in ("--over", axis))
-        command = "-m", "beamviz", "sweep", str(store), "--workers", "2"
-        with python(tmp_path, *command, *over) as process:
+        axes = "--over", "gamma=0:2:1001", "--over", f"alpha=0:5:{count}"
+        command = "-m", "beamviz", "sweep", str(store), "--workers", "2", "--modes", "2"
+        with python(tmp_path, *command, *axes) as process:
             _, process.returncode, usage = os.wait4(process.pid, 0)
         assert process.returncode == 0
         peaks.append(usage.ru_maxrss)  # the largest, of it and of its workers
     assert peaks[1] < 1.3 * peaks[0]
-    data, chance = open_sweep(store), np.random.default_rng(1)
-    for place in chance.integers(0, data["status"].shape, (100, 3)).tolist():
-        found = data.isel(dict(zip(data["status"].dims, place, strict=True)))
-        alone = solve(Beam(**{name: float(found[name]) for name in data["status"].dims}))
-        allowed = found["error"].values + alone.errors
-        assert (abs(found["frequency"].values - alone.frequencies) <= allowed).all()
 
 
 @pytest.mark.slow
 def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
-    """A scheduler and three workers, as processes; one is killed in the middle of its work."""
+    """A scheduler and two workers, as processes; one is killed in the middle of its work."""
     store = tmp_path / "a.zarr"
     address = tmp_path / "scheduler.json"
     options = ("--no-dashboard", "--scheduler-file", str(address))
@@ -196,7 +184,7 @@ def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
 
         started(*scheduler)
         wait_until(address.exists)
-        first, *_ = [started(*worker) for _ in range(3)]
+        first, _ = started(*worker), started(*worker)
         with start(store, "--scheduler", json.loads(address.read_text())["address"]) as process:
             wait_until(partial(has_chunks, store, 3))
             first.kill()
