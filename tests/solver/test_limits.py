@@ -234,15 +234,14 @@ def test_a_beam_buckled_beyond_resolving_says_so():
 @pytest.mark.parametrize(
     ("strain", "delta", "limit"),
     [
-        ("biot", -0.5, 59.6),
         ("hencky", -2.0, 11.893),
-        *slow(("biot", -2.0, 41.4), ("hencky", -0.5, 19.065)),
+        *slow(("biot", -0.5, 59.6)),
     ],
 )
 def test_the_limit_of_deflected_states_does_not_depend_on_the_speed_asked(strain, delta, limit):
     """It is named by the digits that are certain: of biot, which a layer at the clamp resolves
     slowly, by three."""
-    for gamma in (60, 70, 150):
+    for gamma in (60, 150):
         with pytest.raises(NoEquilibrium) as caught:
             solve(Beam(gamma=gamma, delta=delta), strain=strain, state="stable")
         assert caught.value.limit == pytest.approx(limit, abs=1e-9)
