@@ -147,11 +147,16 @@ def test_targets():
     assert pickle.loads(pickle.dumps(caught.value)).best.free == caught.value.best.free
 
 
-def test_the_same_call_has_the_same_answer():
+def test_the_same_call_has_the_same_answer_with_an_error_of_the_data():
     measured = measurement(Beam(alpha=0.8, beta=0.63), speeds=(0, 4))
     first, second = (adjust(Beam(beta=0.63), ["alpha"], measured=measured) for _ in range(2))
     assert first.free == second.free
     assert "alpha=0.799717 ± 0.0026" in repr(first)
+    without = {name: [row[name] for row in measured] for name in ("gamma", "frequency")}
+    told = adjust(Beam(beta=0.63), ["alpha"], measured=without)
+    # The relative noise, 1e-3, times the square root of chi^2 over the degrees of freedom.
+    spread = np.sqrt(sum(each.residual**2 for each in first.matches) / (len(measured) - 1))
+    assert told.errors["alpha"] == pytest.approx(spread * first.errors["alpha"], rel=0.01)
     assert "<td>alpha</td>" in first._repr_html_()
 
 

@@ -273,6 +273,7 @@ def test_states_that_are_hard_to_reach(beam, options):
     assert found["kind"] == "within", found
 
 
+@pytest.mark.slow
 def test_a_mode_outside_its_error_is_recognised():
     """The verdict turns when a frequency or a growth rate moves by more than its error."""
     scene = Scene(INWARD, PLAIN | {"modes": 3})

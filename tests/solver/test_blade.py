@@ -73,6 +73,7 @@ def test_errors_of_deflected_blades_of_many_stations(numbers, options):
     assert (abs(found.s - finer.s) <= found.errors + finer.errors).all()
 
 
+@pytest.mark.slow
 def test_a_blade_of_many_stations_has_no_other_state():
     """The one that was listed here was the same state, with what its first guess held beside the
     trial functions."""

@@ -19,7 +19,7 @@ from beamviz.solver import solve, solve_many
 def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
     """With green strain and delta >= 0 every beam has a stable answer within the tolerance."""
     alpha, gamma, mu = (PARAMETERS[name].limits for name in ("alpha", "gamma", "mu"))
-    betas = (0.0, 1e-6, 0.5, 1 - 1e-6, 1.0)
+    betas = (0.0, 1e-6, 0.5, 1.0)
     for corner in itertools.product(alpha, betas, gamma, (0.0, 20.0), mu):
         beam = Beam(*corner[:2], min(corner[2], MAX_GAMMA_OVER_MU * corner[4]), *corner[3:])
         solution = solve(beam, plane=plane, coriolis=coriolis)
