@@ -77,6 +77,15 @@ def test_without_stiffening_a_fast_beam_diverges():
     assert fast.position(fast.t[-1:], [1.0])[0, 0] == pytest.approx(fast.tip[-1])
 
 
+def test_coriolis_forces_stretch_a_beam_that_swings():
+    """Without stiffening too: mu^2 u" = -2 gamma dw/dt, so that the tip moves outward with its
+    velocity across."""
+    swings = motion_without_stiffening(Beam(gamma=0.3, mu=20), 4, release=1e-3, points=801)
+    velocity = np.gradient(swings.tip[:, 1], swings.t)
+    outward = swings.tip[:, 0] - swings.tip[0, 0]
+    assert np.corrcoef(outward, velocity)[0, 1] > 0.8
+
+
 def test_the_linear_theory_takes_no_start_in_modes_and_no_spring():
     """Which is said."""
     with pytest.raises(InvalidInput, match="no start in modes"):

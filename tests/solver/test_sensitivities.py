@@ -73,6 +73,15 @@ def test_of_a_tip_mass_by_the_rayleigh_quotient():
     assert solution.sensitivities["gamma"] == pytest.approx(np.zeros(3), abs=1e-6)
 
 
+def test_of_a_mass_that_leaves_the_tip():
+    """A derivative on one side, from the tip inward."""
+    beam, step = Beam(alpha=1, gamma=3), 1e-3
+    places = [beam.replace(beta=1 - k * step) for k in range(3)]
+    tip, near, farther = (solve(each, 3, tolerance=1e-11).frequencies for each in places)
+    expected = (3 * tip - 4 * near + farther) / (2 * step)
+    assert solve(beam, 3).sensitivities["beta"] == pytest.approx(expected, rel=1e-3)
+
+
 def test_modes_keep_their_order_where_loci_cross():
     """Flap and lag of a round section at rest have one frequency: only flap changes with the
     flapwise stiffness, by omega / 2."""
