@@ -15,9 +15,9 @@ def main() -> None:
     """Draw the beams, ask the oracle, write the file."""
     _script.Parser(__doc__).parse_args()
     cases = []
-    for kind, (_, count) in fixed.KINDS.items():
-        cases += [fixed.made(kind, seed) for seed in range(count)]
-        print(f"{kind}: {count} beams", file=sys.stderr)
+    for kind, (_, seeds) in fixed.KINDS.items():
+        cases += [fixed.made(kind, seed) for seed in seeds]
+        print(f"{kind}: {len(cases)} beams so far", file=sys.stderr)
     fixed.write(cases)
 
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from scipy.integrate import quad
 from strategies import physical_beams
 
@@ -12,6 +12,7 @@ from beamviz import Beam
 from beamviz.presets import preset
 
 
+@settings(max_examples=15)
 @given(physical_beams(by_stations=True))
 def test_they_are_integrals_of_the_mass(values):
     beam = Beam.from_si(**values)

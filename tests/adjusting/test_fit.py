@@ -4,10 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
+from helpers import slow
 
 from beamviz import Beam, InvalidInput, NoAnswer, adjust, solve
 
-SPEEDS = (0, 2, 4, 6)
+SPEEDS = (0, 6)
 NOISE = 1e-3
 
 
@@ -22,7 +23,7 @@ def measurement(beam, speeds=SPEEDS, modes=3, noise=NOISE, seed=0, **options):
     return rows
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [1, *slow(2)])
 def test_a_beam_is_recovered_from_noisy_frequencies(seed):
     """Within four of its standard deviations, which are those of the noise."""
     truth = {"alpha": 0.8, "beta": 0.63}
@@ -32,7 +33,7 @@ def test_a_beam_is_recovered_from_noisy_frequencies(seed):
     assert answer.beam.alpha == answer.free["alpha"]
     assert answer.undetermined == answer.at_bounds == ()
     assert 0.4 < answer.root_mean_square < 1.6
-    assert [match.mode for match in answer.matches] == ["B1", "B2", "B3"] * 4
+    assert [match.mode for match in answer.matches] == ["B1", "B2", "B3"] * 2
 
 
 @pytest.mark.parametrize(
@@ -40,14 +41,14 @@ def test_a_beam_is_recovered_from_noisy_frequencies(seed):
     [
         ({"delta": 0.7, "mu": 45.0}, {}),
         ({"root": 8.0}, {}),
-        ({"flap": 0.3, "pitch": 25.0}, {"plane": "both"}),
-        ({"alpha": 0.5, "delta": 1.1}, {"plane": "flapwise"}),
+        *slow(({"flap": 0.3}, {"plane": "both"}), ({"pitch": 25.0}, {"plane": "both"})),
+        ({"delta": 1.1}, {"plane": "flapwise"}),
     ],
 )
 def test_every_number_may_be_free(truth, options):
     """Without noise its value is found to the accuracy of the solver."""
     modes = 4 if options else 5
-    start = Beam(flap=0.5) if "flap" in truth else Beam()
+    start = Beam(flap=0.5) if options.get("plane") == "both" else Beam()
     measured = measurement(start.replace(**truth), noise=0, modes=modes, **options)
     answer = adjust(start, [*truth], measured=measured, **options)
     if "pitch" in truth:  # either way round
@@ -55,16 +56,17 @@ def test_every_number_may_be_free(truth, options):
     assert answer.free == pytest.approx(truth, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_standard_deviations_are_those_of_many_measurements():
-    """Of forty, without the errors told, which are those of the residuals then."""
+    """Of twelve, without the errors told, which are those of the residuals then."""
     values, told = [], []
-    for seed in range(40):
+    for seed in range(12):
         rows = measurement(Beam(alpha=0.8, beta=0.63), speeds=(0, 4), seed=seed)
         columns = {name: [row[name] for row in rows] for name in ("gamma", "frequency")}
         answer = adjust(Beam(alpha=1, beta=0.63), ["alpha"], measured=columns)
         values.append(answer.free["alpha"])
         told.append(answer.errors["alpha"])
-    assert np.mean(told) == pytest.approx(np.std(values), rel=0.4)
+    assert np.mean(told) == pytest.approx(np.std(values), rel=0.5)
 
 
 def test_a_number_that_the_data_do_not_determine_is_told():
@@ -88,11 +90,9 @@ def test_values_stay_within_their_bounds():
 def test_frequencies_without_a_label_find_their_modes():
     """The fourth is S1 of the beam, which most beams within the bounds have elsewhere in order."""
     truth = Beam(alpha=1.6353, beta=0.1176, delta=1.0555, mu=52.837)
-    rows = measurement(truth, (0, 3, 6, 9), modes=4, plane="flapwise")
-    answer = adjust(
-        truth.replace(delta=0.2, mu=150), ["delta", "mu"], measured=rows, plane="flapwise"
-    )
-    assert answer.free == pytest.approx({"delta": 1.0555, "mu": 52.837}, rel=0.01)
+    rows = measurement(truth, (0, 9), modes=4, plane="flapwise")
+    answer = adjust(truth.replace(mu=150), ["mu"], measured=rows, plane="flapwise")
+    assert answer.free == pytest.approx({"mu": 52.837}, rel=0.01)
 
 
 def test_labels_decide_where_they_are_given():
@@ -147,11 +147,16 @@ def test_targets():
     assert pickle.loads(pickle.dumps(caught.value)).best.free == caught.value.best.free
 
 
-def test_the_same_call_has_the_same_answer():
-    measured = measurement(Beam(alpha=0.8, beta=0.63))
-    first, second = (adjust(Beam(), ["alpha", "beta"], measured=measured) for _ in range(2))
+def test_the_same_call_has_the_same_answer_with_an_error_of_the_data():
+    measured = measurement(Beam(alpha=0.8, beta=0.63), speeds=(0, 4))
+    first, second = (adjust(Beam(beta=0.63), ["alpha"], measured=measured) for _ in range(2))
     assert first.free == second.free
-    assert "alpha=0.799652 ± 0.0019" in repr(first)
+    assert "alpha=0.799717 ± 0.0026" in repr(first)
+    without = {name: [row[name] for row in measured] for name in ("gamma", "frequency")}
+    told = adjust(Beam(beta=0.63), ["alpha"], measured=without)
+    # The relative noise, 1e-3, times the square root of chi^2 over the degrees of freedom.
+    spread = np.sqrt(sum(each.residual**2 for each in first.matches) / (len(measured) - 1))
+    assert told.errors["alpha"] == pytest.approx(spread * first.errors["alpha"], rel=0.01)
     assert "<td>alpha</td>" in first._repr_html_()
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import sampled
+from helpers import sampled, slow
 from scipy.integrate import quad
 
 from beamviz import Beam, Hub, Ramp, motion
@@ -97,7 +97,7 @@ def test_forces_of_modes_stay_within_what_the_legend_says():
             assert np.abs(now.on_pieces[kind]).max() <= max(largest) * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("speed", [Ramp(4.0, within=2.0), Hub(2.0, torque=3.0)], ids=repr)
+@pytest.mark.parametrize("speed", [Ramp(4.0, within=2.0), *slow(Hub(2.0, torque=3.0))], ids=repr)
 def test_in_a_motion_all_forces_balance_the_tension_at_the_root(speed):
     """Along the beam, where the clamp takes nothing else: the sum of what is drawn, less the mass
     times the acceleration in the hub's frame, by differences of the velocity."""

@@ -73,7 +73,7 @@ class Drawn:
 
 
 @pytest.mark.parametrize("options", [{}, {"coriolis": True}, {"plane": "flapwise"}], ids=str)
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(BEAMS | FASTEST, mixes, st.floats(0, 0.4), st.sampled_from(COLOURINGS))
 def test_pieces_deviate_little_from_the_curve(options, beam, shares, amplitude, colouring):
     """By at most a fifth of a pixel, also in the thin layers of the fastest beams, and neighbours
@@ -89,7 +89,7 @@ def test_half_as_many_pieces_are_not_enough():
     pieces on both sides of the mass."""
     halved = []
     random = np.random.default_rng(1)
-    for k in range(60):
+    for k in range(30):
         alpha, beta, gamma = random.uniform(0, 10), random.random(), random.uniform(0, 60)
         beam = Beam(alpha=alpha, beta=beta, gamma=gamma, mu=random.uniform(40, 300))
         drawn = Drawn(beam, np.eye(5)[k % 5], random.uniform(0.05, 0.4), COLOURINGS[k % 2])
@@ -99,7 +99,7 @@ def test_half_as_many_pieces_are_not_enough():
         drawn.pieces = subdivide(drawn.seen, most=half)
         assert half - 1 <= len(drawn.pieces.strain) <= half
         halved.append(max(drawn.deviation(), drawn.steps()))
-    assert len(halved) > 40
+    assert len(halved) > 20
     assert min(halved) > 0.85
     assert np.mean(np.array(halved) > 1) > 0.9
 
@@ -119,6 +119,7 @@ def test_pieces_are_as_many_as_the_picture_needs():
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
 
 
+@settings(max_examples=25)
 @given(BEAMS, st.integers(0, 4))
 @example(PAPER.replace(beta=1e-4), 1)
 @example(PAPER.replace(beta=0.9999), 1)

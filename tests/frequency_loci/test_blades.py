@@ -142,6 +142,7 @@ def test_the_second_stable_state_of_a_blade(delta, at):
     assert event.at == pytest.approx(at, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_blade_of_many_stations_has_a_second_state_only_beyond_its_limit():
     """The limit point is at 4.3602113, computed as above; below it long elements have loops, which
     are no states of the blade."""

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from helpers import KNOWN_KINDS
+from helpers import KNOWN_KINDS, slow
 from scipy.optimize import brentq, minimize_scalar
 
 from beamviz import Beam, loci, solve
@@ -95,8 +95,7 @@ def mu_of_crossing(modes):
     return MU * modes["B3"] / modes["S1"]
 
 
-@pytest.mark.parametrize("points", [2, 5, 201])
-@pytest.mark.parametrize("depth", [1e-3, 1e-5])
+@pytest.mark.parametrize(("depth", "points"), [(1e-3, 2), (1e-5, 5), *slow((1e-5, 201))])
 def test_two_crossings_of_the_same_pair(depth, points):
     """Over beta B3 crosses S1 and crosses back, at any small distance: both crossings are found,
     also by few points, and none where the two just do not reach each other."""
@@ -121,7 +120,7 @@ def test_two_crossings_of_the_same_pair(depth, points):
     assert [event for event in below if event.kind == "crossing"] == []
 
 
-@pytest.mark.parametrize("points", [2, 5, 201])
+@pytest.mark.parametrize("points", [2, 201])
 def test_two_pairs_cross_at_one_value(points):
     """Over alpha S1 crosses B3 where S2 crosses B5."""
 
@@ -140,8 +139,9 @@ def test_two_pairs_cross_at_one_value(points):
     assert all(event.kind == "crossing" for event in pairs)
 
 
-@pytest.mark.parametrize("points", [2, 201])
-@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(
+    ("coriolis", "points"), [(False, 2), (True, 201), *slow((False, 201), (True, 2))]
+)
 def test_three_modes_close_together(coriolis, points):
     """B3 and B4 of a beam with a heavy mass veer, and S1 lies between them there: all three are
     within 3 % of each other. Both crossings of S1 are found; with Coriolis forces both veer."""
@@ -173,19 +173,21 @@ def test_three_modes_close_together(coriolis, points):
             6,
             [(0.2358, 0.2359), (0.2460, 0.2461)],
         ),
-        # A wide one: the upper mode veers with the next one where their gap begins to shrink.
-        (
-            Beam(alpha=2.41905799, gamma=2.0829447, mu=20.33692185),
-            {"strain": "biot", "modes": 5},
-            4,
-            [(0.65, 0.67)],
-        ),
-        # Two of one pair with the greatest gap between them in half an interval.
-        (
-            Beam(alpha=0.071239045, gamma=200, delta=1.80749973, mu=268.34366377),
-            {"modes": 6},
-            4,
-            [(0.95, 0.962), (0.965, 0.98)],
+        *slow(
+            # A wide one: the upper mode veers with the next one where their gap begins to shrink.
+            (
+                Beam(alpha=2.41905799, gamma=2.0829447, mu=20.33692185),
+                {"strain": "biot", "modes": 5},
+                4,
+                [(0.65, 0.67)],
+            ),
+            # Two of one pair with the greatest gap between them in half an interval.
+            (
+                Beam(alpha=0.071239045, gamma=200, delta=1.80749973, mu=268.34366377),
+                {"modes": 6},
+                4,
+                [(0.95, 0.962), (0.965, 0.98)],
+            ),
         ),
     ],
 )

@@ -6,11 +6,11 @@ import math
 import pkgutil
 import re
 import unicodedata
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import slow
 from matplotlib.markers import MarkerStyle
 from matplotlib.text import Text
 
@@ -43,14 +43,27 @@ CHARTS = {  # by kind, a chart with an event of it: beam, parameter, first and l
     "resonance": (TIP, "gamma", 0, 8, {"per_rev": 3}),
 }
 each_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+LONG = ("coalescence", "limit point", "second state")  # also in test_growth and test_limits
+each_chart = pytest.mark.parametrize(
+    "kind",
+    [kind for kind in KINDS if kind.name not in LONG]
+    + slow(*(kind for kind in KINDS if kind.name in LONG)),
+    ids=lambda kind: kind.name,
+)
 
 
-@cache
+COMPUTED: list[tuple[tuple, Loci]] = []  # what is asked for in CHARTS, and the chart
+
+
 def chart(name: str) -> Loci:
-    """The chart with an event of a kind."""
+    """The chart with an event of a kind; kinds with the same one share it."""
     assert name in CHARTS, f"{name}: CHARTS has no chart with such an event"
+    for asked, computed in COMPUTED:
+        if asked == CHARTS[name]:
+            return computed
     beam, over, start, stop, options = CHARTS[name]
-    return loci(beam, over, np.linspace(start, stop, 41), **options)
+    COMPUTED.append((CHARTS[name], loci(beam, over, np.linspace(start, stop, 21), **options)))
+    return COMPUTED[-1][1]
 
 
 def test_every_module_of_a_kind_is_listed():
@@ -89,7 +102,7 @@ def test_the_sign_of_an_event_is_its_marker(kind):
     assert kind.filled == ("BLACK" in name)
 
 
-@each_kind
+@each_chart
 def test_every_kind_is_located_and_written(kind):
     """In its chart, with the numbers of its fields; in JSON, CSV, the table and the picture."""
     computed = chart(kind.name)
@@ -108,7 +121,7 @@ def test_every_kind_is_located_and_written(kind):
     assert kind.name in words
 
 
-@each_kind
+@each_chart
 def test_lines_are_drawn_through_the_events(kind):
     """A frequency of a branch at an event is that of a point near it, without a spike."""
     computed = chart(kind.name)

@@ -3,7 +3,7 @@ response: against oscillators, and the solution of the differential equations.""
 
 import numpy as np
 import pytest
-from helpers import traced_memory
+from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import FINE, Spectrum
@@ -50,9 +50,10 @@ def test_no_resonance_is_no_event(coriolis):
 @pytest.mark.parametrize(
     ("delta", "points", "expected"),
     [
-        *((0.0, points, [73.591, 85.314]) for points in (2, 5, 201)),
-        *((0.0007236814724, points, [79.102, 79.238]) for points in (5, 401)),
-        (0.00073, 101, []),
+        (0.0, 2, [73.591, 85.314]),
+        (0.0007236814724, 5, [79.102, 79.238]),
+        *slow((0.0, 201, [73.591, 85.314]), (0.0007236814724, 401, [79.102, 79.238])),
+        (0.00073, 5, []),
     ],
 )
 def test_few_speeds_are_enough(delta, points, expected):
@@ -88,6 +89,7 @@ def test_the_static_deflection_is_the_unit(plane):
         assert still[1].real == pytest.approx(-1, rel=1e-5)
 
 
+@settings(max_examples=20)
 @given(st.floats(0.001, 0.2), st.floats(0.2, 3.0))
 def test_each_mode_answers_as_an_oscillator(damping, ratio):
     """F phi / (omega_k^2 - omega^2 + 2 i zeta omega_k omega), also past its resonance."""
@@ -139,15 +141,6 @@ def test_an_ellipse_is_measured_at_its_largest():
     turn = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))[:, None]
     far = np.linalg.norm((tip * turn).real, axis=1).max()
     assert run.amplitudes[40] == pytest.approx(far, rel=1e-5)
-
-
-def test_a_run_keeps_amplitudes_not_solutions():
-    """The solutions at 130 speeds would take 0.5 MB, those of a blade 4 MB."""
-    with traced_memory() as memory:
-        run = run_up(Beam(alpha=1, beta=0.5), 1, 0.02, 12.0)
-        kept, _ = memory()
-    assert np.isfinite(run.amplitudes).all()
-    assert kept < 0.3
 
 
 def test_no_steady_response_where_the_beam_is_unstable():

@@ -10,11 +10,14 @@ import pytest
 from helpers import KNOWN_KINDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.text import Text
 from oracle.bent import bent_truth
 
 from beamviz import Beam, loci, solve
 from beamviz.errors import NotConverged
 from beamviz.frequency_loci import path
+from beamviz.output.loci import loci_csv, loci_json, loci_table
+from beamviz.plotting.loci import draw_chart
 
 SLENDER = Beam(mu=10_000)
 STABLE = {"state": "stable"}
@@ -82,23 +85,21 @@ def test_coalescences_of_random_beams(alpha, beta, gamma):
         assert growth[1] > 1e-3 * event.frequency
 
 
-def test_the_command_line_tells_growth(run, tmp_path):
-    """In JSON, CSV, table and chart."""
-    line = ("loci", "--over", "spin_up", "--mu", "10000", "--state", "stable")
-    line += ("--start", "0", "--stop", "200", "--points", "3", "--modes", "2")
-    chart = tmp_path / "chart.svg"
-    data = json.loads(run(*line, "--format", "json", "--plot", chart)[1])
-    rates = [branch["growth_rate"] for branch in data["branches"]]
-    assert np.ravel(rates) == pytest.approx([0, 2.1203, 5.7037, 0, -2.1203, -5.7037], abs=5e-5)
+def test_files_tell_growth(spin_up):
+    """JSON, CSV, table and chart."""
+    data = json.loads(loci_json(spin_up))
+    first, second = (branch["growth_rate"] for branch in data["branches"][:2])
+    assert first[2] == -second[2] == pytest.approx(2.1203, abs=5e-5)
     assert "coalescence" in {event["kind"] for event in data["events"]}
     assert data["limits"][0]["kind"] == "growing"
-    rows = list(csv.DictReader(io.StringIO(run(*line, "--format", "csv")[1])))
-    assert float(rows[1]["B1_growth_rate"]) == pytest.approx(2.1203, abs=5e-5)
-    table = run(*line)[1]
+    rows = list(csv.DictReader(io.StringIO(loci_csv(spin_up))))
+    assert float(rows[2]["B1_growth_rate"]) == pytest.approx(2.1203, abs=5e-5)
+    table = loci_table(spin_up)
     assert "+5.7037" in table
     assert "coalescence" in table
     assert "flutter for spin_up" in table
-    assert "B1 +5.7" in chart.read_text()
+    words = " ".join(text.get_text() for text in draw_chart(spin_up, ()).findobj(match=Text))
+    assert "B1 +5.7" in words
 
 
 def test_an_event_of_a_shown_locus_is_shown():
@@ -110,6 +111,7 @@ def test_an_event_of_a_shown_locus_is_shown():
     assert (event.at, event.gap) == pytest.approx((10.5999, 0.644), abs=5e-4)
 
 
+@pytest.mark.slow
 def test_a_coalescence_beside_states_that_are_not_found_is_told_with_its_range(monkeypatch):
     """Solves fail around it, between two values of the chart."""
     solve_many = path.solve_many

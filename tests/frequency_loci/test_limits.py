@@ -44,7 +44,7 @@ def unsolvable(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 def test_beyond_the_limit_of_equilibrium():
     """Hencky strain, delta 0: it is gamma 45.420, and all values below it are solved."""
-    found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
+    found = loci(Beam(), "gamma", np.linspace(0, 60, 21), strain="hencky")
     (limit,) = found.limits
     assert (limit.kind, limit.stop) == ("no-equilibrium", 60)
     assert limit.start == pytest.approx(45.420, abs=5e-4)
@@ -57,8 +57,8 @@ def test_beyond_the_limit_of_equilibrium():
 @pytest.mark.parametrize(
     ("beam", "over", "values"),
     [
-        (Beam(gamma=40), "mu", np.linspace(40, 80, 11)),
         (Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11)),
+        *slow((Beam(gamma=40), "mu", np.linspace(40, 80, 11))),
     ],
 )
 def test_limits_over_other_numbers(beam, over, values):
@@ -88,7 +88,7 @@ def test_the_end_of_a_force_law_over_the_hub_radius():
         s = (1 + GAUSS[0]) / 2
         return GAUSS[1] / 2 @ (np.exp(s - 1) * s / np.sqrt(delta**2 + s**2 / g)) / g - 1
 
-    (limit,) = loci(Beam(gamma=30), "delta", np.linspace(0, 2, 11), 1, strain="hencky").limits
+    (limit,) = loci(Beam(gamma=30), "delta", [0, 2], 1, strain="hencky").limits
     assert limit.start == pytest.approx(brentq(excess, 1, 2, xtol=1e-14), rel=3e-9)
 
 
@@ -102,6 +102,7 @@ def test_the_end_of_a_compressed_equilibrium_is_that_of_physics():
     assert caught.value.limit == pytest.approx(beam.gamma, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_limit_just_above_a_value_of_the_grid():
     """With a linear force, biot, a beam without a mass ends at gamma / mu = pi / 2. Within 1e-5 of
     it no solve succeeds; it is the limit that is named all the same, not the last value."""
@@ -128,14 +129,14 @@ def test_a_limit_at_zero():
 def test_loss_of_stability(coriolis):
     """An inward beam, delta -1, buckles at gamma 2.996; B1 continues with a growth rate, omega^2
     passes through zero without a jump."""
-    found = loci(INWARD, "gamma", np.linspace(0, 6, 61), coriolis=coriolis)
+    found = loci(INWARD, "gamma", np.linspace(0, 6, 31), coriolis=coriolis)
     (limit,) = found.limits
     assert (limit.kind, limit.stop) == ("unstable", 6)
     assert limit.start == pytest.approx(2.996, abs=1e-3)
     below, above = (solve(INWARD.replace(gamma=limit.start * x)) for x in (1 - 1e-7, 1 + 1e-7))
     assert (below.equilibrium.status, above.equilibrium.status) == ("stable", "unstable")
     first = found["B1"]
-    assert abs(np.diff(first.omega_squared, 2)).max() < 1
+    assert abs(np.diff(first.omega_squared, 2)).max() < 4
     assert len(found.branches) == 5
     unstable = found.values > limit.start
     assert np.isnan(first.frequency[unstable]).all()
@@ -214,10 +215,9 @@ def test_nowhere_an_equilibrium():
 @pytest.mark.parametrize(
     ("beam", "over", "values", "at", "coriolis"),
     [
-        (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, True),
-        (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None, False),
+        (INWARD, "gamma", np.linspace(2, 5, 7), 2.9960, True),
         *slow(
-            (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, False),
+            (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None, False),
             (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None, True),
         ),
     ],
@@ -241,9 +241,7 @@ def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     assert (before[-1], after[0]) == (before.min(), after.min())
 
 
-@pytest.mark.parametrize(
-    "values", [np.linspace(2.9, 3.1, 9), np.linspace(0, 20, 3), *slow(np.linspace(2, 5, 31))]
-)
+@pytest.mark.parametrize("values", [np.linspace(2.9, 3.1, 5), *slow(np.linspace(0, 20, 3))])
 def test_a_kink_of_a_gap_is_no_crossing(values):
     """Where the beam buckles the gap between S1 and B4 is least, 10, and grows suddenly; nor is it
     an event that could not be located."""
@@ -260,7 +258,7 @@ PRECISE = {"modes": 2, "state": "stable", "tolerance": 1e-9, **SOFT}
 @pytest.fixture(scope="module")
 def folding() -> Loci:
     """Over the spin-up: a bent beam that is accelerated snaps through."""
-    return loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **PRECISE)
+    return loci(FOLDING, "spin_up", np.linspace(0, 0.3, 7), **PRECISE)
 
 
 def test_a_limit_point_of_the_spin_up(folding):
@@ -283,24 +281,21 @@ def test_loci_are_interrupted_at_a_limit_point(folding):
     assert {*heights[np.isfinite(heights)].tolist()} == {0}
 
 
-@pytest.mark.parametrize(
-    ("over", "values"),
-    [("gamma", np.linspace(4.45, 4.6, 6)), *slow(("spin_up", np.linspace(0, 0.6, 4)))],
-)
-def test_a_limit_point_of_the_bent_state(over, values):
+@pytest.mark.slow
+def test_a_limit_point_of_the_bent_state():
     """A short beam of logarithmic strain has no bent state beyond it: by the differential
     equations, omega_1^4 falls linearly to zero there, to 1e-6."""
     given = {"strain": "hencky", "curvature": "spatial", "coriolis": False, "modes": 2}
-    found = loci(SHORT, over, values, state="stable", **given)
+    found = loci(SHORT, "gamma", np.linspace(4.45, 4.6, 4), state="stable", **given)
     beyond = next(limit for limit in found.limits if limit.kind == "no-equilibrium")
     # Beyond the limit some values have "not converged" for an answer.
     assert {limit.kind for limit in found.limits} <= {"no-equilibrium", "not-converged"}
     ends = [event for event in found.events if event.kind == "limit point"]
     event = min(ends, key=lambda end: min(abs(end.at - beyond.start), abs(end.at - beyond.stop)))
-    inside = np.sign(getattr(SHORT, over) - event.at)
+    inside = np.sign(SHORT.gamma - event.at)
     distances, squares = np.array([1e-5, 2e-5]), []
     for distance in distances:
-        beam = SHORT.replace(**{over: event.at + inside * distance})
+        beam = SHORT.replace(gamma=event.at + inside * distance)
         state = solve(beam, state="bent", **given).equilibrium
         truth = bent_truth(
             *(beam, *given.values()), lambda x, s=state: (s.position(x), s.angle(x), s.stretch(x))

@@ -89,14 +89,14 @@ def test_values_of_a_generator():
     [
         (1, {}),
         (20, {}),
-        *((2, {"method": "ancf", "elements": count}) for count in (1, 2, 20)),
+        *((2, {"method": "ancf", "elements": count}) for count in (1, 2)),
         (3, {"method": "assumed-modes", "terms": 3}),
     ],
 )
 def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
     """At the most modes, or with as few elements or terms as modes, no extra ones are solved."""
-    found = sorted_frequencies(loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes, **options))
-    assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 11
+    found = sorted_frequencies(loci(TIP, "gamma", [0, 5, 10], modes=modes, **options))
+    assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 3
     assert found[0, :modes] == pytest.approx(solve(TIP, modes, **options).frequencies)
 
 
@@ -255,6 +255,8 @@ def test_the_nearest_line_is_the_one_with_the_least_margin_above_or_below():
     for margin in found.margins:
         away = [abs(margin.frequency - k * speed) / (k * speed) for k in range(1, 7)]
         assert margin.nearest == 1 + away.index(min(away))
+        squares = found[margin.label].omega_squared
+        assert margin.southwell == pytest.approx((squares[1] - squares[0]) / speed**2, rel=1e-6)
         nearest.append((margin.nearest, margin.frequency > margin.nearest * speed))
     assert {above for _, above in nearest} == {False, True}
     assert len({line for line, _ in nearest}) > 2

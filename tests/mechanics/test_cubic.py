@@ -53,7 +53,7 @@ def exponents(state, count, coriolis):
 
 
 @given(BEAMS, MODELS, st.none() | blades(), st.lists(st.just(POINT), max_size=1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15)
 def test_the_planar_tangent_at_a_straight_state_is_the_split_assembly(beam, problem, blade, masses):
     """Along and across the beam, with nothing between them; so are its modes."""
     beam = beam.replace(blade=blade, masses=tuple(masses))
@@ -92,11 +92,9 @@ def test_the_planar_tangent_at_a_straight_state_is_the_split_assembly(beam, prob
         (SPINS_UP.replace(blade=TAPER), 4, 20, {}, True),
         (SOFT, 4, 28, {"strain": "biot", "curvature": "material"}, True),
         *slow(
-            *((beam, 4, 40, {}, True) for beam in (INWARD, SPINS_UP)),
-            *((SOFT, 4, 40, {"strain": strain}, False) for strain in ("green", "hencky")),
+            (SOFT, 4, 40, {"strain": "hencky"}, False),
             (SOFT, 4, 40, {"strain": "biot", "curvature": "material", "plane": "flapwise"}, False),
-            *((SOFT.replace(alpha=1, beta=0.5), 1, 80, {}, on) for on in (False, True)),
-            (INWARD.replace(blade=TAPER, gamma=6), 4, 20, {}, False),
+            (SOFT.replace(alpha=1, beta=0.5), 1, 60, {}, False),
         ),
     ],
 )

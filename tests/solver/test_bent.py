@@ -160,7 +160,7 @@ def test_a_spin_up_beyond_the_limit_of_an_outward_beam():
     [
         (Beam(delta=-0.5, mu=10, gamma=4.45), "hencky", 1.0, 0.53, "collapses"),
         # Drawn out to 12 times its length, clamped almost on the axis: nothing holds it there.
-        (Beam(3.307, 1, 32.61, -0.002792, 12.04), "green", -3.09, -0.87, "winds around"),
+        *slow((Beam(3.307, 1, 32.61, -0.002792, 12.04), "green", -3.09, -0.87, "winds around")),
     ],
 )
 def test_a_spin_up_beyond_its_limit_point(beam, strain, beyond, limit, end):
@@ -259,7 +259,7 @@ def test_a_spin_up_is_in_every_file(run, tmp_path, steel):
     [
         # A heavy mass on a beam that stretches to 14 times its length, thin layers at both.
         *slow((Beam(1.29, 0.61, 100.5, -1.997, 20.77), {})),
-        (Beam(alpha=3, beta=0.7, gamma=100, delta=-1, mu=1000), {}),
+        *slow((Beam(alpha=3, beta=0.7, gamma=100, delta=-1, mu=1000), {})),
         # The spin-up has a limit point on the way: the state lies behind it, and grows.
         (
             Beam(4.656, 1, 5.341, -0.09663, 194.4, spin_up=-45.14),
@@ -273,6 +273,7 @@ def test_states_that_are_hard_to_reach(beam, options):
     assert found["kind"] == "within", found
 
 
+@pytest.mark.slow
 def test_a_mode_outside_its_error_is_recognised():
     """The verdict turns when a frequency or a growth rate moves by more than its error."""
     scene = Scene(INWARD, PLAIN | {"modes": 3})

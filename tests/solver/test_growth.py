@@ -3,6 +3,7 @@ spin up against the oracle."""
 
 import numpy as np
 import pytest
+from helpers import slow
 from oracle.bent import bent_truth
 
 from beamviz import Beam, solve
@@ -105,7 +106,7 @@ def test_a_beam_that_has_buckled_chordwise_says_so_when_it_vibrates_flapwise(met
     assert (before.buckled_chordwise, beyond.buckled_chordwise) == (False, True)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [0, 1, *slow(2, 3)])
 def test_random_beams_that_spin_up(seed):
     """s of each mode is within its reported error of the oracle's, in the complex plane; the status
     is that of the oracle's modes wherever their growth exceeds these errors."""

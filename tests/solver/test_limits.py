@@ -18,7 +18,7 @@ from beamviz.solver import solve_many
 @pytest.mark.parametrize(
     ("strain", "delta", "limit", "near", "coarse", "reason"),  # tolerances of auto, 20 elements
     [
-        *(("biot", delta, 35 * math.pi, 1e-9, 1e-9, r"109\.955743") for delta in (0.0, 1.0, 5.0)),
+        *(("biot", delta, 35 * math.pi, 1e-9, 1e-9, r"109\.955743") for delta in (0.0, 5.0)),
         ("hencky", 0.0, 45.420, 1e-5, 1e-5, "stiffness of the beam"),
         ("hencky", 1.0, 31.4887, 2e-6, 1e-4, "hencky force law ends"),
     ],
@@ -31,7 +31,7 @@ def test_limit_of_the_speed(method, strain, delta, limit, near, coarse, reason):
         return solve(Beam(gamma=gamma, delta=delta), strain=strain, method=method)
 
     ends = [1.0005 * limit, 1.02 * limit, 150.0]
-    if strain == "biot" and method == "auto":
+    if strain == "biot" and delta == 0 and method == "auto":
         ends += [limit + 1e-6, *(limit - np.array([1e-7, 3e-5, 3e-4]))]
         assert at(0.99 * limit).errors.max() < 1e-3
     for gamma in ends:
@@ -232,17 +232,18 @@ def test_a_beam_buckled_beyond_resolving_says_so():
 
 
 @pytest.mark.parametrize(
-    ("strain", "delta", "limit"),
+    ("strain", "delta", "limit", "speeds"),
     [
-        ("biot", -0.5, 59.6),
-        ("hencky", -2.0, 11.893),
-        *slow(("biot", -2.0, 41.4), ("hencky", -0.5, 19.065)),
+        ("hencky", -2.0, 11.893, (150,)),
+        *slow(("hencky", -2.0, 11.893, (60,)), ("biot", -0.5, 59.6, (60, 150))),
     ],
 )
-def test_the_limit_of_deflected_states_does_not_depend_on_the_speed_asked(strain, delta, limit):
+def test_the_limit_of_deflected_states_does_not_depend_on_the_speed_asked(
+    strain, delta, limit, speeds
+):
     """It is named by the digits that are certain: of biot, which a layer at the clamp resolves
     slowly, by three."""
-    for gamma in (60, 70, 150):
+    for gamma in speeds:
         with pytest.raises(NoEquilibrium) as caught:
             solve(Beam(gamma=gamma, delta=delta), strain=strain, state="stable")
         assert caught.value.limit == pytest.approx(limit, abs=1e-9)

@@ -26,6 +26,8 @@ def test_the_force_of_a_uniform_beam(method):
     carried = np.where(X <= 0.7, 0.5, 0.0)  # at the mass on the side of the root
     expected = 25 * ((1 - X) * ((1 + X) / 2 + 0.3) + carried)
     assert found.force(X) == pytest.approx(expected, rel=2e-6, abs=1e-12)
+    at_mass = 25 * (0.3 * (1.7 / 2 + 0.3) + 0.5)
+    assert found.force([0.7]) == pytest.approx([at_mass], rel=2e-6)
     assert found.root_force == found.force([0.0])[0]
     assert (found.shear(X) == 0).all()
     assert (found.moment(X) == 0).all()

@@ -44,7 +44,7 @@ HARD = {
 }
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
 @pytest.mark.parametrize("name", HARD)
 def test_error_bars_of_hard_beams(name, tolerance):
     """Near a limit the tangent is almost singular: a small residual is a long way from
@@ -70,7 +70,7 @@ def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
     """A fold, a stretch that falls to zero, the greatest force; each beam alone and in a sweep."""
     with pytest.raises(NoEquilibrium) as ended:
         solve(beam, strain=strain)
-    speeds = ended.value.limit * (1 - np.geomspace(1e-4, 0.1, 12))
+    speeds = ended.value.limit * (1 - np.geomspace(1e-4, 0.1, 5))
     sweep = [beam.replace(gamma=gamma) for gamma in speeds]
     together = solve_many(sweep, strain=strain, tolerance=1e-4)
     for near, in_sweep in zip(sweep, together, strict=True):
@@ -133,7 +133,7 @@ def test_a_frequency_that_vanishes_is_solved_for():
 
 def test_extra_modes_of_a_sweep_need_not_meet_the_tolerance():
     """They take fewer unknowns than the same modes asked for, and their errors hold."""
-    sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 40)]
+    sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 8)]
     asked, extra = solve_many(sweep, modes=8), solve_many(sweep, extra_modes=2, modes=6)
     assert sum(s.stats.dof for s in extra) < sum(s.stats.dof for s in asked)
     for beam, six, eight in zip(sweep, extra, asked, strict=True):
@@ -148,10 +148,10 @@ def test_what_is_kept_of_solved_beams_is_small():
     solve similar ones sooner takes a few kilobytes for each, with the matrices of its mesh 350."""
     masses = tuple(Mass(alpha=0.01, beta=k / 10) for k in range(1, 10))
     beam = Beam(alpha=1, gamma=100, mu=70, masses=masses)
-    places = np.linspace(0.11, 0.19, 24).tolist()
+    places = np.linspace(0.11, 0.19, 14).tolist()
     kept = []
     with traced_memory() as memory:
         for place in places:
             solve(beam.replace(beta=place), modes=1, tolerance=1e-2)
             kept.append(memory()[0])
-    assert (kept[-1] - kept[11]) / 12 < 0.05  # those before it fill the caches of the last meshes
+    assert (kept[-1] - kept[11]) / 2 < 0.05  # those before it fill the caches of the last meshes

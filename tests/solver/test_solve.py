@@ -19,7 +19,7 @@ from beamviz.solver import solve, solve_many
 def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
     """With green strain and delta >= 0 every beam has a stable answer within the tolerance."""
     alpha, gamma, mu = (PARAMETERS[name].limits for name in ("alpha", "gamma", "mu"))
-    betas = (0.0, 1e-6, 0.5, 1 - 1e-6, 1.0)
+    betas = (0.0, 1e-6, 0.5, 1.0)
     for corner in itertools.product(alpha, betas, gamma, (0.0, 20.0), mu):
         beam = Beam(*corner[:2], min(corner[2], MAX_GAMMA_OVER_MU * corner[4]), *corner[3:])
         solution = solve(beam, plane=plane, coriolis=coriolis)
@@ -30,7 +30,7 @@ def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
         assert np.all(solution.errors <= 1e-6 * solution.frequencies + rounding), beam
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(beam=beams(gamma=(0, 10)), k=st.integers(0, 4), coriolis=st.booleans())
 def test_shapes_have_unit_modal_mass(beam, k, coriolis):
     """int rho |phi|^2 = 1, the concentrated mass included, by a quadrature of its own."""
@@ -46,7 +46,7 @@ def test_shapes_have_unit_modal_mass(beam, k, coriolis):
 
 def test_many_at_once_are_the_same_as_one_by_one():
     """solve_many() differs from solve() only within the error bars, and holds errors in place."""
-    sweep = [Beam(alpha=1, beta=0.5, gamma=gamma, mu=30) for gamma in np.linspace(0, 60, 20)]
+    sweep = [Beam(alpha=1, beta=0.5, gamma=gamma, mu=30) for gamma in np.linspace(0, 60, 8)]
     unloaded = {"stiffening": False, "softening": False}
     for options in ({}, {"strain": "biot"}, {"coriolis": True}, {"method": "ancf"}, unloaded):
         for beam, found in zip(sweep, solve_many(sweep, **options), strict=True):
@@ -62,13 +62,11 @@ def test_many_at_once_are_the_same_as_one_by_one():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("state", ["straight", "stable"])
-def test_an_error_among_answers_keeps_nothing_of_what_was_computed(state):
+def test_an_error_among_answers_keeps_nothing_of_what_was_computed():
     """Neither it nor those that it followed refer to the frames of the solver: a chart keeps a
     hundred answers, and of a deflected blade each frame has megabytes of matrices."""
-    sweep = [Beam(alpha=1, beta=0.5, gamma=gamma, mu=20) for gamma in (5.0, 30.0, 40.0)]
-    inward = [beam.replace(delta=-1.0) for beam in sweep]
-    found = solve_many(sweep if state == "straight" else inward, strain="biot", state=state)
+    sweep = [Beam(1, 0.5, gamma, delta=-1, mu=20) for gamma in (5.0, 30.0)]
+    found = solve_many(sweep, strain="biot", state="stable")
     errors = [one for one in found if isinstance(one, BeamvizError)]
     assert errors
     for one in errors:

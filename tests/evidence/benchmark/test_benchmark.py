@@ -51,7 +51,7 @@ CHARTS = ("benchmark", "motion-time-error", "motion-failures", "blade-time-error
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "theory"), [("slow", "green"), ("inner mass", "rigid")])
+@pytest.mark.parametrize(("scene", "theory"), [("inner mass", "green")])
 def test_the_script_gives_the_stored_limits(scene, theory):
     """The first mode in extended precision, to sixteen digits."""
     (square,) = SCRIPT.Straight(SCENES[scene], SCRIPT.THEORIES[theory], 1).squares()
@@ -210,6 +210,7 @@ def small(monkeypatch):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
 
 
+@pytest.mark.slow
 def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     """PNG, SVG and JSON; ratios on stdout, progress on stderr."""
     code, out, err = run("benchmark", "--out", str(tmp_path), "--quick", "--peers")

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers import contents
+from helpers import contents, slow
 from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 from scipy.integrate import trapezoid
@@ -144,6 +144,8 @@ def test_curves_rise_from_the_clamp_and_vanish_at_their_nodes():
 
 
 LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
+QUICK = [FIGURES[name] for name in ("fig6", "fig8", "fig11", "fig18")]
+OTHERS = [figure for figure in LOCI if figure not in QUICK]
 SOME = ("table4", "fig5", "fig13", "fig17")
 
 
@@ -231,11 +233,17 @@ def test_numbers_are_those_of_solves(folder):
 @pytest.mark.parametrize(
     ("name", "count", "notes"),
     [
-        ("fig4", 0, []),
+        *slow(("fig4", 0, [])),
         ("fig6", 2, ["paper 6.6\nmaterial 6.662\neq. 16 6.824", "paper 17.3\nmaterial 17.343"]),
         ("fig8", 1, ["paper 1.59\nhere 1.5703"]),
         ("fig11", 2, ["paper 0.09\nmaterial 0.0877\neq. 16 0.0872", "0.225\nmaterial 0.22336"]),
-        ("fig16", 3, ["paper 0.78344, 22.0345\nhere 0.783445, 22.0345", "paper 0.50355, 61.6982"]),
+        *slow(
+            (
+                "fig16",
+                3,
+                ["paper 0.78344, 22.0345\nhere 0.783445, 22.0345", "paper 0.50355, 61.6982"],
+            )
+        ),
         ("fig18", 1, ["here 1.872", "paper 22.0345\nhere 22.0345"]),
     ],
 )
@@ -246,7 +254,9 @@ def test_printed_numbers_stand_beside_ours(name, count, notes):
     assert text.count("paper ") == count
 
 
-@pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
+@pytest.mark.parametrize(
+    "figure", [*QUICK, *slow(*((each,) for each in OTHERS))], ids=lambda figure: figure.name
+)
 def test_figures_of_loci(figure):
     """Crossings are those located around printed values; loci by both curvature measures.
     Annotations lie in the frame, apart from each other."""
