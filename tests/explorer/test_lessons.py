@@ -151,7 +151,7 @@ def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_less
 @pytest.mark.parametrize(
     ("action", "value", "opened"),
     [
-        ("tab", "map", PAPER),
+        ("tab", "loads", PAPER),
         ("link", "?gamma=3", Beam(gamma=3)),
         ("load", "beam.toml\n[beam]\ngamma = 4.0", Beam(gamma=4)),
     ],
