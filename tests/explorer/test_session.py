@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.offline import CLOCK, Client, Desk, Workers, lecture, offline
+from live.offline import CLOCK, Client, Desk, Workers, lecture, local, offline
 from live.server import (
     CAMERA_MESSAGE,
     frame_loop_at,
@@ -73,7 +73,7 @@ def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
 
 def test_without_a_mass_one_can_be_added():
     """Of alpha 1, as there was none; the caption names what there is to drag then."""
-    with explorer(Scene(Beam(gamma=10))) as url, visitor(url) as guest:
+    with local(Scene(Beam(gamma=10))) as guest:
         guest.wait(lambda _: "Drag the orange ball at the tip" in guest.texts["scene-caption"])
         guest.choose("mass", True)
         guest.shows(Beam(alpha=1, gamma=10))

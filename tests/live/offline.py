@@ -31,6 +31,7 @@ from beamviz.explorer import (
 )
 from beamviz.explorer.feature import first_state
 from beamviz.explorer.features import map as map_tab
+from beamviz.explorer.features import run_up
 from beamviz.explorer.jobs import Callback
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
@@ -477,7 +478,10 @@ def offline() -> Iterator[None]:
         yield
 
 
-COMPUTED = (computed_loci, "loci"), (computed_motion, "motion"), (map_tab, "solve_in_memory")
+COMPUTED = (
+    *((computed_loci, "loci"), (computed_motion, "motion")),
+    *((map_tab, "solve_in_memory"), (run_up, "run_up")),
+)
 RESULTS: dict[tuple[Any, bytes], Any] = {}  # by function and arguments
 
 
