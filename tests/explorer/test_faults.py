@@ -30,8 +30,7 @@ SCENE = Scene(PAPER)
 ENDLESS, BROKEN = 46.0, 48.0  # speeds at which the solver does not end by itself, or fails
 ENOUGH = threading.Event()
 SOLVED: list[Beam] = []
-BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "", "rubber",
-       "9" * 900, True, [], [1, 2], ["a"], [float("nan")] * 3, [1e300, 2, 3])  # fmt: skip
+BAD = (float("nan"), -float("inf"), 1e300, 2**63, -1, "", "9" * 900, True, [1, 2], ["a"])
 
 
 @pytest.fixture(scope="module")
@@ -84,13 +83,13 @@ def alone(frame_loops: list[FrameLoop], count: int = 1) -> None:
 
 @pytest.mark.slow
 def test_many_visits_leak_nothing(url, other, frame_loops):
-    """Of 400 every 50th opens a session: no session, thread, socket or object for each is left."""
-    come_and_go(url, visits=100)  # what is built once, is built
+    """Of 200 every 50th opens a session: no session, thread, socket or object for each is left."""
+    come_and_go(url, visits=50)  # what is built once, is built
     alone(frame_loops)
     threads, files, objects = left()
-    come_and_go(url, visits=400)
+    come_and_go(url, visits=200)
     alone(frame_loops)
-    most = threads, files, objects + 200  # a visit that left one object would leave 400
+    most = threads, files, objects + 150  # a visit that left one object would leave 200
     wait_until(lambda: all(now <= limit for now, limit in zip(left(), most, strict=True)))
 
 
@@ -136,8 +135,8 @@ def test_of_5000_values_the_last_one_is_solved(other, connected):
 
 @pytest.mark.slow
 def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, capfd):
-    """Every action is sent three times with a value that is invalid for most; the session
-    continues, and the log has at most one line for each kind of error."""
+    """Every action is sent twice with a value that is invalid for most; the session continues, and
+    the log has at most one line for each kind of error."""
     beam = PAPER.replace(gamma=12)
     file = f"twelve.toml\n{Scene(beam).to_toml()}"
 
@@ -154,7 +153,7 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
             guest.choose("playing", False)
             alone(frame_loops, 2)
             own = frame_loops[0].sessions[max(frame_loops[0].sessions)].visitor
-            for action in 3 * list(own.page.actions):
+            for action in 2 * list(own.page.actions):
                 guest.do(action, bad)
             wait_until(partial(is_solved, guest, own))
         lines = [record.getMessage() for record in caplog.records]

@@ -198,6 +198,12 @@ def release(monkeypatch) -> Iterator[threading.Event]:
     event.set()
 
 
+@pytest.fixture(autouse=True)
+def small_map(monkeypatch) -> None:
+    """A map that is computed sooner."""
+    monkeypatch.setattr(map_tab, "SIZE", (9, 5))
+
+
 def told(guest: Visitor, id: str) -> str:
     """What an element says of its numbers, "" for nothing."""
     return guest.props[id].get("data-outdated") or ""

@@ -1,9 +1,11 @@
 """The tab Loads: forces and moments along the beam at its equilibrium, against statics."""
 
 import re
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from live.coarse import coarse_charts
 from live.server import wait_until
 from live.visitor import Visitor, catch_up
 
@@ -141,6 +143,14 @@ def hidden(guest: Visitor) -> list[str]:
     return [name for name in ("axial", "shear", "moment") if guest.props[f"loads-{name}"]["hidden"]]
 
 
+@pytest.fixture
+def coarse() -> Iterator[None]:
+    """Coarse charts of the other tabs."""
+    with coarse_charts():
+        yield
+
+
+@pytest.mark.usefixtures("coarse")
 def test_the_tab_follows_the_beam(guest):
     """A straight beam has an axial force only; one that spins up all three, and a beam without an
     equilibrium none, with the reason. Units are those of the beam."""
@@ -162,6 +172,7 @@ def test_the_tab_follows_the_beam(guest):
     guest.wait(lambda _: hidden(guest) == ["axial", "shear", "moment"])
 
 
+@pytest.mark.usefixtures("coarse")
 def test_a_closed_tab_is_not_computed(guest, session):
     """It shows what it showed, and the present beam once it is open again."""
     guest.do("tab", "loads", until="On the beam at its root")

@@ -178,6 +178,7 @@ def test_a_second_state_has_the_names_of_its_branches():
     assert chart.modes_of(event) == (0,)
 
 
+@pytest.mark.slow
 def test_a_chart_keeps_lines_not_solutions():
     """The solutions would take 0.6 MB, those of a blade 10 MB."""
     with traced_memory() as memory:

@@ -9,6 +9,7 @@ import pytest
 from live.offline import STEP, Desk, lecture, offline
 
 from beamviz.beam import Beam
+from beamviz.dynamics import Motion, motion
 from beamviz.explorer import computed_motion
 from beamviz.explorer.experiment import PULLED, MotionState
 from beamviz.explorer.features.motion import PRESETS
@@ -18,12 +19,15 @@ FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=3)).changed(playing=False)
 LINK = "alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
 
 
+def rough_motion(*given: Any, **options: Any) -> Motion:
+    """A motion that is computed sooner."""
+    return motion(*given, **options | {"points": 9, "tolerance": 1e-2})
+
+
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Motions are computed coarsely: what they are does not matter here."""
-    compute = computed_motion.motion
-    rough = {"points": 9, "tolerance": 1e-2}
-    monkeypatch.setattr(computed_motion, "motion", lambda *a, **given: compute(*a, **given | rough))
+    monkeypatch.setattr(computed_motion, "motion", rough_motion)
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from html import escape
 from typing import Any
 
 import pytest
+from helpers import slow
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from live.offline import Desk, offline
@@ -228,7 +229,11 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     assert not caplog.records
 
 
-@pytest.mark.parametrize("name", [*real_beam.PRESETS, *BLADES])
+MARKED = ["steel beam", "wind blade", "tapered-steel-blade", "nrel-5mw-twisted-blade"]
+OTHERS = [name for name in (*real_beam.PRESETS, *BLADES) if name not in MARKED]
+
+
+@pytest.mark.parametrize("name", [*MARKED, *slow(*OTHERS)])
 def test_the_preset_with_the_numbers_of_the_beam_is_marked(guest, name):
     """Also one that is reached by other edits, and by a link; no other one, and none else."""
     key, preset = ("blade", BLADES[name]) if name in BLADES else ("real", real_beam.PRESETS[name])

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.offline import CLOCK
-from live.visitor import PAPER, pause, visitor
+from live.offline import CLOCK, local
+from live.visitor import PAPER, pause
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
-from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
 from beamviz.explorer.features.run_up import RunUpRequest, RunUpState, next_speed
 from beamviz.explorer.state import State
@@ -176,6 +175,6 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """From there to the first stable speed."""
-    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url) as guest:
+    with local(Scene(Beam(delta=-1, gamma=10))) as guest:
         guest.do("run_up", until=lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")

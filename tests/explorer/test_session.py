@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.offline import CLOCK, Client, Desk, Workers, lecture, offline
+from live.offline import CLOCK, Client, Desk, Workers, lecture, local, offline
 from live.server import (
     CAMERA_MESSAGE,
     frame_loop_at,
@@ -30,6 +30,7 @@ from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, se
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.feature import usual_state
 from beamviz.explorer.features import files
+from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features.lessons import LessonState, begun
 from beamviz.explorer.features.mass_drag import DragState
 from beamviz.explorer.links import PAGE
@@ -72,7 +73,7 @@ def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
 
 def test_without_a_mass_one_can_be_added():
     """Of alpha 1, as there was none; the caption names what there is to drag then."""
-    with explorer(Scene(Beam(gamma=10))) as url, visitor(url) as guest:
+    with local(Scene(Beam(gamma=10))) as guest:
         guest.wait(lambda _: "Drag the orange ball at the tip" in guest.texts["scene-caption"])
         guest.choose("mass", True)
         guest.shows(Beam(alpha=1, gamma=10))
@@ -287,7 +288,7 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
         sessions = list(frame_loop_at(hall, frame_loops).sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
-        for _ in range(10):  # frames of all three, without an edit
+        for _ in range(3):  # frames of all three, without an edit
             angles = [session.visitor.clock.angle for session in sessions]
             wait_until(lambda last=angles: not {*last} & {s.visitor.clock.angle for s in sessions})
         lead.choose("playing", False)
@@ -423,8 +424,9 @@ def test_a_presenter_with_two_pages_may_close_either(hall, frame_loops):
         ("map", "move_beam", "20 2", {"gamma": 20.0, "alpha": 2.0}),
     ],
 )
-def test_a_visitor_of_a_lecture_clicks_in_what_is_shown(tab, action, value, expected):
+def test_a_visitor_of_a_lecture_clicks_in_what_is_shown(monkeypatch, tab, action, value, expected):
     """In the chart or the map of the presenter; the page has none of its own."""
+    monkeypatch.setattr(map_tab, "SIZE", (5, 4))
     with offline():
         lead, one = Desk(STILL), Desk(STILL)
         both = lecture(lead, one)

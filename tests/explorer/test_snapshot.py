@@ -9,23 +9,18 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
 from helpers import slow
+from live.coarse import POSSIBLE, coarse_charts
 from live.fresh import Guest, Opening, compare_with_fresh, opened
 from live.offline import OfflineGuest, offline
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
-from beamviz.explorer import computed_loci, computed_motion, computed_veering, explorer
+from beamviz.explorer import explorer
 from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES
 from beamviz.explorer.feature import tabs
-from beamviz.explorer.features import map as map_tab
-from beamviz.explorer.features import (
-    method_timing,
-    run_up,
-)
 from beamviz.explorer.features import motion as motion_tab
 from beamviz.explorer.features.beam_pull import BeamPull
 from beamviz.explorer.features.files import FILM_LENGTHS
@@ -37,9 +32,7 @@ from beamviz.explorer.jobs import Job
 from beamviz.explorer.links import PAGE
 from beamviz.explorer.state import COMPARISONS, NO_COMPARISON
 from beamviz.explorer.visitor import Visitor
-from beamviz.frequency_loci import forced_response
 from beamviz.lessons import NAMES, lesson
-from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import START, Scene
 
 Action = tuple[str, Any]
@@ -78,10 +71,12 @@ SOLVED = 0.6  # the part of those of which the modes are waited for
 POSSIBLE_PART = 0.75  # the part of the rounds in which the beam has a solution and a motion
 LEFT = 0.5  # the part of the rounds in which an open lesson is left, or a size that is known
 MET = 0.5  # the part of the rounds about lessons in which the challenge is met
+BLADES = "tapered-steel-blade", "nrel-5mw-blade"  # others take longer
 MOST = 100  # edits of a round
 PLAYING = "playing", "motion.begin"  # actions after which the scene may move
 PLAYED = 3  # frames of that
 PANELS = "real", "blade"  # keys of the edits that belong to panels beside the tabs
+CONNECTED = ALL, "frequencies", "motion", "map"  # what edits through a connection are about
 
 
 def edits(chance: random.Random) -> dict[str, list[Action]]:
@@ -245,7 +240,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (number, usual),
         ],
         "blade": [
-            ("blade.preset", chance.choice(list(BLADES))),
+            ("blade.preset", chance.choice(BLADES)),
             (f"blade.{chance.choice(('stations', 'masses'))}.remove", chance.randrange(4)),
             (chance.choice(("blade.stations.add", "blade.masses.add", "blade.begin")), None),
             ("blade.root", chance.choice(("clamped", "hinged", "spring", "glued"))),
@@ -257,11 +252,6 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
     of_scene = [one for one in found[ALL] if one[0] in OF_SCENE]
     of_size = [*[("resize", size) for size in SIZES], turn, amplitude, ("reset_view", None)]
     return found | {SCENE: of_scene, SIZE: of_size}
-
-
-POSSIBLE: dict[str, Any] = {"strain": "green", "spin_up": 0.0, "method": "auto"}
-POSSIBLE |= {"alpha": 1.0, "beta": 0.5, "gamma": 5.0, "delta": 0.25, "mu": 70.0}
-POSSIBLE |= {"plane": "chordwise", "softening": True, "stiffening": True, "state": "straight"}
 
 
 def possible_again(guest: Guest, about: str) -> Action | None:
@@ -292,22 +282,9 @@ class Servers(NamedTuple):
 
 @pytest.fixture(scope="module")
 def coarse() -> Iterator[None]:
-    """Coarse charts and maps and short motions: what is compared is whether they are those of the
-    state, not what they show."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(computed_loci, "CHART_POINTS", 15)
-        patch.setattr(computed_loci, "loci", coarse_loci(computed_loci.loci))
-        patch.setattr(computed_veering, "POINTS", 12)
-        patch.setattr(map_tab, "SIZE", (9, 5))
-        patch.setattr(map_tab, "SMALL_SIZE", (3, 2))
-        patch.setattr(run_up, "PER_SECOND", 1e4)
-        patch.setattr(run_up, "run_up", short_run_up(run_up.run_up))
-        patch.setattr(forced_response, "SPEEDS", 9)
-        patch.setattr(method_timing, "REPEATS", 1)
-        resolutions = {name: one[:1] for name, one in method_timing.RESOLUTIONS.items()}
-        patch.setattr(method_timing, "RESOLUTIONS", resolutions)
-        for name in ("motion", "motion_without_stiffening"):
-            patch.setattr(computed_motion, name, coarse_motion(getattr(computed_motion, name)))
+    """Coarse charts: what is compared is whether they are those of the state, not what they show.
+    A fresh page need not compute again what the other has."""
+    with coarse_charts(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(Visitor, "job", with_results_of(Visitor.job, {}))
         yield
 
@@ -341,36 +318,6 @@ def with_results_of(job: Callable[..., Job], known: dict[tuple[str, bytes], Any]
         return job(own, name, found)
 
     return remembering
-
-
-def coarse_loci(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """A computation of loci; where each solution takes long, in the beginning of the range only."""
-
-    def found(beam: Beam, over: str, values: np.ndarray, **given: Any) -> Any:
-        usual = all(given[name] == POSSIBLE[name] for name in ("state", "method"))
-        quick = usual and beam.is_uniform and not beam.spin_up and max(beam.gamma, values[-1]) < 40
-        return compute(beam, over, values if quick else values[:2], **given)
-
-    return found
-
-
-def short_run_up(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """A computation of run-ups that end early."""
-    return lambda beam, per_rev, damping, stop, **given: compute(
-        beam, per_rev, damping, min(stop, 4.0), **given
-    )
-
-
-def coarse_motion(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """A computation of motions that end early, and of none of a beam that is flung about: that
-    takes minutes."""
-
-    def found(beam: Beam, until: float, **given: Any) -> Any:
-        if beam.delta < 0 or beam.gamma > 6:
-            raise NotConverged("this motion takes too long for a test")
-        return compute(beam, until=min(until, 0.3), **given | {"points": 9, "tolerance": 1e-2})
-
-    return found
 
 
 def do(guest: Guest, action: str, value: Any) -> None:
@@ -453,7 +400,7 @@ class Edits:
         if about == "real" and not state.case.units:
             yield "real.preset", chance.choice(list(PRESETS))
         if about == "blade" and state.case.nearest_beam().is_uniform:
-            yield "blade.preset", chance.choice(list(BLADES))
+            yield "blade.preset", chance.choice(BLADES)
         if about not in PANELS and state.case.units and chance.random() < LEFT:
             yield "dimensionless", None
 
@@ -479,37 +426,29 @@ def begun(servers: Servers) -> Iterator[Guest]:
         yield guest
 
 
-def subjects(*, blades: bool) -> list[str]:
-    """What the edits of a run are about: each tab, each panel and all else. blades: also beams
-    whose properties vary, which take long to solve."""
-    return [ALL, *tabs(PAGE), *PANELS[: 1 + blades]]
-
-
 def comparisons(
-    guest: Guest, fresh: Opening, seed: int, rounds: int, subjects: Sequence[str]
+    guest: Guest, fresh: Opening, seed: int, subjects: Sequence[str]
 ) -> Iterator[tuple[list[Action], list[str]]]:
-    """The last edits of a visitor, and where their page then differs from a fresh one, in some
-    rounds about each of the subjects: after some edits, and after one more."""
-    chance = random.Random(seed)
-    edits = Edits(chance, guest)
-    for _ in range(rounds):
-        for about in chance.sample(subjects, len(subjects)):
-            for actions in (edits.of_round(about), edits.one(about)):
-                done = edits.do(actions)
-                yield done, compare_with_fresh(guest, fresh, START)
+    """The last edits of a visitor, and where their page then differs from a fresh one, about each
+    of the subjects: after some edits, and one more once their answers are there."""
+    edits = Edits(random.Random(seed), guest)
+    for about in edits.chance.sample(subjects, len(subjects)):
+        done = edits.do(edits.of_round(about))
+        guest.wait(lambda: guest.is_let_go() and not guest.session.is_busy)
+        done += edits.do(edits.one(about))
+        yield done, compare_with_fresh(guest, fresh, START)
 
 
 @pytest.mark.slow
 def test_a_page_equals_a_fresh_one_on_its_address(servers):
-    """After every few edits, and a pause if anything is played."""
+    """Through a connection, with the threads of the jobs; what is played is paused before."""
     with begun(servers) as guest:
-        about = subjects(blades=True)
-        for done, found in comparisons(guest, servers.fresh, 5, 1, about):
+        for done, found in comparisons(guest, servers.fresh, 5, CONNECTED):
             assert not found, "\n".join([*map(str, done), *found])
 
 
 def offline_comparisons(
-    seed: int, rounds: int, subjects: Sequence[str]
+    seed: int, subjects: Sequence[str]
 ) -> Iterator[tuple[list[Action], list[str]]]:
     """The last edits of a visitor without a connection, and where the page then differs from a
     fresh one."""
@@ -518,19 +457,18 @@ def offline_comparisons(
         guest.visitor.do("preferences", "still")
         guest.visitor.do("link", "")
         fresh = partial(OfflineGuest.opened, ELSEWHERE)
-        yield from comparisons(guest, fresh, seed, rounds, subjects)
+        yield from comparisons(guest, fresh, seed, subjects)
 
 
-# Seeds, with the number of rounds and whether there are blades. Jobs end, and frames come, in
-# another order with each.
-OFFLINE_RUNS = {11: (1, False), 13: (1, True)}
+QUICK = ALL, "frequencies", "compare", "motion", "lessons", "real", SIZE
+# Seeds, with what edits are about. Jobs end, and frames come, in another order with each.
+OFFLINE_RUNS = {11: QUICK, 13: (ALL, "blade", *(key for key in tabs(PAGE) if key not in QUICK))}
 
 
 @pytest.mark.parametrize("seed", [11, *slow(13)])
 def test_an_edited_page_equals_a_fresh_one_which_has_other_answers_in_its_past(coarse, seed):
     """Without a connection, so that jobs end and frames come in many orders."""
-    rounds, blades = OFFLINE_RUNS[seed]
-    for done, found in offline_comparisons(seed, rounds, [*subjects(blades=blades), SIZE]):
+    for done, found in offline_comparisons(seed, OFFLINE_RUNS[seed]):
         assert not found, "\n".join([*map(str, done), *found])
 
 

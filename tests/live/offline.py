@@ -3,10 +3,12 @@ run when a test says so.
 """
 
 import json
+import pickle
 import random
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Self
 
@@ -17,8 +19,19 @@ from live.server import CAMERA_MESSAGE, MEANWHILE
 from live.visitor import Visitor as Socket
 
 from beamviz.drawing.scene_graph import SceneGraph
-from beamviz.explorer import jobs, links, page, session, solutions, visitor
+from beamviz.explorer import (
+    computed_loci,
+    computed_motion,
+    jobs,
+    links,
+    page,
+    session,
+    solutions,
+    visitor,
+)
 from beamviz.explorer.feature import first_state
+from beamviz.explorer.features import map as map_tab
+from beamviz.explorer.features import run_up
 from beamviz.explorer.jobs import Callback
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
@@ -436,7 +449,8 @@ def lecture(presenter: Desk, follower: Desk) -> Callable[..., None]:
 
 @contextmanager
 def offline() -> Iterator[None]:
-    """Context in which sessions may be without a connection, and the time is that of the test."""
+    """Context in which sessions may be without a connection, and the time is that of the test. What
+    charts and motions are made of is computed once for all of them."""
 
     run_script, private_control, scene_of = page.run_script, page.private_control, ViserScene
 
@@ -459,4 +473,24 @@ def offline() -> Iterator[None]:
         patch.setattr(solutions, "QUICK", 0.0)  # `Workers` say when a solve is done
         patch.setattr(jobs, "time", CLOCK)
         patch.setattr(visitor, "time", CLOCK)
+        for module, name in COMPUTED:
+            patch.setattr(module, name, partial(once, getattr(module, name)))
         yield
+
+
+COMPUTED = (
+    *((computed_loci, "loci"), (computed_motion, "motion")),
+    *((map_tab, "solve_in_memory"), (run_up, "run_up")),
+)
+RESULTS: dict[tuple[Any, bytes], Any] = {}  # by function and arguments
+
+
+def once(compute: Callable[..., Any], *given: Any, **options: Any) -> Any:
+    """The result of a function, computed once for the same arguments."""
+    try:
+        key = compute, pickle.dumps((given, options))
+    except (TypeError, AttributeError, pickle.PicklingError):  # there are functions among them
+        return compute(*given, **options)
+    if key not in RESULTS:
+        RESULTS[key] = compute(*given, **options)
+    return RESULTS[key]
