@@ -129,12 +129,14 @@ def frame_loops() -> Iterator[list[Any]]:
 def url(request: pytest.FixtureRequest, frame_loops) -> Iterator[str]:
     """A running explorer for all tests of a file; every visitor starts from PAPER, or from the
     scene that the file calls FIRST."""
+    from live.server import usual_port
     from live.visitor import PAPER
 
     from beamviz.explorer import explorer
     from beamviz.scene import Scene
 
-    with explorer(getattr(request.module, "FIRST", Scene(PAPER))) as address:
+    first = getattr(request.module, "FIRST", Scene(PAPER))
+    with explorer(first, port=usual_port()) as address:
         yield address
 
 

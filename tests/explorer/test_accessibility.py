@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from helpers import slow
 from live.axe import load_axe, violations
 from live.browser import READY, Page, are_apart, by_id, says, tab
 from live.server import wait_until
@@ -217,9 +216,10 @@ def test_letters_and_targets_are_large_enough(shown, size):
             assert shown.evaluate(f"{found}.map(e => e.outerHTML.slice(0, 120))") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "scheme"),
-    [(DESK, "light"), *slow((PHONE, "dark"), (DESK, "dark"))],
+    [(DESK, "light"), (PHONE, "dark")],
     ids=str,
 )
 def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
@@ -315,6 +315,7 @@ def test_every_slider_has_a_name_and_a_spoken_value_and_viser_shows_no_controls(
     assert shown.evaluate("document.title") == "beamviz"
 
 
+@pytest.mark.slow
 def test_a_page_starts_paused_with_reduced_motion(url, shown):
     """The last test, as it opens the page anew."""
     prefer(shown, "dark", "reduce")

@@ -8,7 +8,7 @@ from live.browser import READY, are_apart, by_id
 
 pytestmark = pytest.mark.slow
 
-SIZES = [(1440, 900), (390, 844), (1920, 1080)]
+SIZES = [(1440, 900), (390, 844)]
 CHARTS = {  # of a link: its chart, and the labels of its lines
     "the motion of B1 and B2, whose frequencies are close": (
         "?alpha=1&beta=0.5&gamma=5&tab=motion",
@@ -59,7 +59,7 @@ def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case):
         assert all(left <= one["left"] and one["right"] <= left + width for one in found)
 
 
-@pytest.mark.parametrize("size", [(1100, 768), (1280, 720), (1440, 900), (390, 844)], ids=str)
+@pytest.mark.parametrize("size", [(1280, 720), (390, 844)], ids=str)
 def test_long_labels_leave_the_chart_its_room(shown, url, size):
     """Those of the methods, in the order of their errors, on low and on narrow pages."""
     shown.call("Page.navigate", url=f"{url}/?tab=methods&methods=true")
@@ -85,20 +85,21 @@ def test_long_labels_leave_the_chart_its_room(shown, url, size):
     assert frame > 0.3 * shown.evaluate(f"{by_id('tab-methods')}.clientWidth")
 
 
-@pytest.mark.parametrize("end", [0, 1])
-def test_the_name_of_a_region_does_not_touch_the_frame_of_the_map(shown, url, end):
-    """Also of a region at the end of the axis."""
+def test_the_name_of_a_region_does_not_touch_the_frame_of_the_map(shown, url):
+    """Also of a region at an end of the axis."""
     shown.call("Page.navigate", url=f"{url}/?tab=map")
     shown.wait(f"{READY} && document.querySelectorAll('text.region').length")
-    region = f"[{{x: {20000 * end}, y: 1, text: 'modes 10, 11'}}]"
-    shown.evaluate(f"beamviz.apply({{charts: {{'map-chart': {{regions: {region}}}}}}})")
-    shown.wait("document.querySelector('text.region').textContent === 'modes 10, 11'")
-    (left, right), (first, last) = shown.evaluate(
-        "[document.querySelector('text.region'), document.querySelector('.field-of-map')]"
-        ".map(e => e.getBoundingClientRect()).map(r => [r.left, r.right])"
-    )
-    assert first + 4 < left
-    assert right < last - 4
+    for end in (0, 1):
+        name = f"modes {10 + end}, 12"
+        region = f"[{{x: {20000 * end}, y: 1, text: '{name}'}}]"
+        shown.evaluate(f"beamviz.apply({{charts: {{'map-chart': {{regions: {region}}}}}}})")
+        shown.wait(f"document.querySelector('text.region').textContent === '{name}'")
+        (left, right), (first, last) = shown.evaluate(
+            "[document.querySelector('text.region'), document.querySelector('.field-of-map')]"
+            ".map(e => e.getBoundingClientRect()).map(r => [r.left, r.right])"
+        )
+        assert first + 4 < left
+        assert right < last - 4
 
 
 CANCEL = "<span>computing: frequencies … 35 %</span><button type=button>Cancel</button>"
@@ -125,11 +126,10 @@ FREE_TICKS = """(() => {
     .every(tick => tick.right < flag.left || tick.left > flag.right); })()"""
 
 
-@pytest.mark.parametrize("speed", [300.0, 20000.0, 123456.0])
-def test_the_flag_of_the_beam_covers_no_number_of_the_axis(shown, url, speed):
+def test_the_flag_of_the_beam_covers_no_number_of_the_axis(shown, url):
     """However long its number and those of the axis: a beam of 3 mm turns at 650000 rpm."""
     size = "density=2330&area=2.5e-8&second_moment=5.2e-18&youngs_modulus=1.69e11"
-    shown.call("Page.navigate", url=f"{url}/?length=0.003&{size}&rotation_rpm={speed}")
+    shown.call("Page.navigate", url=f"{url}/?length=0.003&{size}&rotation_rpm=123456")
     shown.resize(1440, 900)
     shown.wait(f"{by_id('loci-chart')}?.querySelector('.flag')?.innerText.endsWith('rpm')")
     shown.wait(f"{by_id('loci-chart')}.querySelectorAll('text.tick').length > 4")
@@ -166,7 +166,7 @@ LABEL_AND_SIGNS = """(() => {
   return ended && [boxOf(ended), ...signs, boxOf(chart.querySelector('.operating'))]; })()"""
 
 
-@pytest.mark.parametrize("gamma", [46.0, 48.5, 49.0])
+@pytest.mark.parametrize("gamma", [46.0, 49.0])
 def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, url, gamma):
     """That of a mode which is none of the first five at higher speeds, close to where it ends."""
     shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={gamma}")

@@ -150,6 +150,7 @@ def test_modes_are_shown_by_a_click_a_drag_or_a_command(opened):
         opened.key("Enter", until=f"{SHOWN}.join() === 'B3'")
 
 
+@pytest.mark.slow
 def test_all_digits_and_their_errors_are_shown_by_a_switch(opened):
     """It is kept for the next visit; the controls below the table stay at their places."""
     rows, top = "document.querySelector('#mode-rows').innerText", f"{by_id('beam')}.offsetTop"

@@ -10,7 +10,7 @@ from live.browser import page
 from PIL import Image
 
 from beamviz.beam import Beam
-from beamviz.explorer import explorer, opening_picture
+from beamviz.explorer import opening_picture
 from beamviz.explorer.first_picture import SIZE, OpeningScene, first_picture
 from beamviz.exports.renderer import Renderer
 from beamviz.lessons import LESSONS
@@ -55,16 +55,15 @@ def test_nothing_is_shown_that_the_page_may_not_open_with(scene, options):
 
 
 @pytest.mark.parametrize(("query", "seen"), [("", ["light", "p"]), ("/?alpha=2", ["", "p"])])
-def test_a_page_shows_it_at_once(query, seen):
+def test_a_page_shows_it_at_once(url, query, seen):
     """Before it has a session; one with a link has no picture of another scene."""
-    with explorer(FIRST) as url, page("about:blank", 1440, 900) as shown:
-        shown.call("Page.addScriptToEvaluateOnNewDocument", source=NO_SESSION)
-        shown.call("Page.navigate", url=url + query)
+    with page(url + query, 1440, 900, script=NO_SESSION) as shown:
         shown.wait("!!document.querySelector('#first-picture')")
         shown.wait("window.beamviz !== undefined || typeof beamviz === 'object'")
         assert shown.evaluate(VISIBLE) == seen
 
 
+@pytest.mark.slow
 def test_it_goes_as_the_scene_comes(shown):
     """The live scene is not seen through it."""
     shown.wait("!!document.querySelector('#scene[data-ready]')")

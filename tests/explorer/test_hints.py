@@ -76,7 +76,7 @@ def test_hints_cover_no_text_and_stay_away_once_used(url):
                 shown.resize(*size)
                 for rotating in (True, False):
                     shown.send("rotating_frame", rotating)
-                    for _ in range(4):
+                    for _ in range(2):
                         shown.next_frame(8)
                         assert not shown.evaluate(COVERED)
         shown.wait(f"{SHOWN}.length === 1")

@@ -237,6 +237,7 @@ def numbers(shown: Page) -> list[float]:
     return fields if place == pytest.approx(fields, rel=1e-4) else []
 
 
+@pytest.mark.slow
 def test_the_map_works_by_mouse_and_keys(shown):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names. The
     canvas has the first colour at the smallest value, the last at the largest."""

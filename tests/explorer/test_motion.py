@@ -15,14 +15,14 @@ import pytest
 from helpers import slow
 from live.browser import NODES, READY, by_id, page
 from live.offline import Desk, offline
-from live.server import TIMEOUT, held_back, wait_until
+from live.server import TIMEOUT, held_back, latest, wait_until
 from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.colours import PALETTES
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Hub
-from beamviz.explorer import computed_motion, explorer, jobs
+from beamviz.explorer import computed_motion, jobs
 from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment, Hold, MotionState, with_experiment
 from beamviz.explorer.features import real_beam
@@ -624,11 +624,11 @@ def test_the_motion_is_downloaded(pulled, kind):
 
 
 @pytest.mark.slow
-def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
+def test_the_beam_is_pulled_by_a_mouse_and_let_go(url, frame_loops):
     """Held where the pointer is, to 0.02 L; then the motion begins with the force that held it."""
-    with explorer(FIRST) as url, page(f"{url}/{SHORT}", 1440, 900) as shown:
+    with page(f"{url}/{SHORT}", 1440, 900) as shown:
         shown.wait(READY)
-        (session,) = frame_loops[-1].sessions.values()
+        session = latest(frame_loops)
         shown.send("playing", False)
         shown.send("moment", 0.4)
         wait_until(lambda: session.snapshot.film and session.visitor.clock.moment == 0.4)
@@ -660,9 +660,9 @@ def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
 
 
 @pytest.mark.slow
-def test_the_keyboard_moves_through_the_motion(frame_loops):
+def test_the_keyboard_moves_through_the_motion(url):
     """Arrow keys on the line of the chart, and on the slider of the force."""
-    with explorer(FIRST) as url, page(f"{url}/{SHORT}", 1440, 900) as shown:
+    with page(f"{url}/{SHORT}", 1440, 900) as shown:
         shown.wait(f"{READY} && !!document.querySelector('#{CHART} .operating:not([hidden])')")
         shown.send("playing", False, until="location.search.includes('moment')")
         line = f"document.querySelector('#{CHART} .operating')"

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 from live.browser import NODES, READY, Page, by_id, page
-from live.server import wait_until
+from live.server import latest, wait_until
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
-from beamviz.explorer import explorer
 from beamviz.explorer.experiment import MotionState
 from beamviz.explorer.features.hub_turn import HubState
 from beamviz.explorer.features.mass_drag import DragState
@@ -22,13 +21,13 @@ PULL = "?alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
 
 
 @pytest.fixture
-def phone(frame_loops) -> Iterator[tuple[Page, Session]]:
+def phone(url, frame_loops) -> Iterator[tuple[Page, Session]]:
     """A page on a phone, and its session."""
-    with explorer(FIRST) as url, page(url, 390, 844) as shown:
+    with page(url, 390, 844) as shown:
         shown.wait(READY)
         shown.resize(390, 844)
         shown.evaluate("scrollTo(0, 0)")
-        (session,) = frame_loops[-1].sessions.values()
+        session = latest(frame_loops)
         yield shown, session
 
 

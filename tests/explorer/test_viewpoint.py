@@ -10,10 +10,9 @@ from dataclasses import replace
 import pytest
 from live.browser import READY, page
 from live.offline import CLOCK, Desk, Offline, Workers, lecture, offline, run
-from live.server import wait_until
+from live.server import latest, wait_until
 from live.visitor import PAPER
 
-from beamviz.explorer import explorer
 from beamviz.explorer.camera import DEFAULT
 from beamviz.scene import Camera, Scene
 
@@ -306,11 +305,11 @@ HAS_VIEW = "location.search.includes('position=')"
 
 
 @pytest.mark.slow
-def test_a_browser_is_where_the_state_says(frame_loops):
+def test_a_browser_is_where_the_state_says(url, frame_loops):
     """After a turn, fitting while it goes on, a change of the frame, and of the size."""
-    with explorer(FIRST) as url, page(url, 1440, 900) as shown:
+    with page(url, 1440, 900) as shown:
         shown.wait(READY)
-        (session,) = frame_loops[-1].sessions.values()
+        session = latest(frame_loops)
 
         def at_rest() -> Camera | None:
             before = session.visitor.camera.present

@@ -43,9 +43,7 @@ class WithoutShadow(Renderer):
 @pytest.fixture(scope="module")
 def school(url) -> Iterator[Page]:
     """A page in a browser without WebGL, once it has drawn the scene."""
-    with page("about:blank", 1440, 900) as shown:
-        shown.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
-        shown.call("Page.navigate", url=url)
+    with page(url, 1440, 900, script=NO_WEBGL) as shown:
         shown.wait(SHOWN)
         yield shown
 
@@ -68,6 +66,7 @@ def different(one: Image.Image, other: Image.Image) -> float:
     return float((difference.max(axis=2) > VISIBLE).mean())
 
 
+@pytest.mark.slow
 def test_the_plain_picture_is_that_of_the_server(school):
     """Of all modes of the same beam, which have no handles, from the same viewpoint, in the same
     colours, and again after an edit."""
@@ -102,6 +101,7 @@ def test_all_else_works_and_the_reason_is_said(school):
     assert school.problems == []
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing_serious(school):
     """On the page without WebGL."""
     load_axe(school)
@@ -123,17 +123,17 @@ def test_with_webgl_there_is_no_plain_picture(shown):
     assert not shown.evaluate(f"!!{by_id('plain-scene')}")
 
 
+@pytest.mark.slow
 def test_an_exported_page_is_drawn_too(tmp_path):
     """From the disk, with the reason."""
     export(file := tmp_path / "beam.html", FIRST)
-    with page("about:blank") as shown:
-        shown.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
-        shown.call("Page.navigate", url=file.as_uri())
+    with page(file.as_uri(), script=NO_WEBGL) as shown:
         shown.wait(f"{CANVAS}?.dataset.pictures > 3")
         assert shown.evaluate(f"{REASON}.checkVisibility()")
         assert shown.problems == []
 
 
+@pytest.mark.slow
 def test_the_light_is_that_of_the_scene():
     """The plain canvas has the directions and intensities of the lights as numbers of its own."""
     script = package_text("drawing/plain_scene.js")

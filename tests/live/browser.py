@@ -1,6 +1,6 @@
 """Pages in a headless browser, driven through the DevTools protocol.
 
-One browser serves the whole run; every page is a window with a storage of its own.
+One browser serves the whole run; each process uses windows of its own, one after the other.
 """
 
 import atexit
@@ -9,6 +9,7 @@ import itertools
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ CONNECTION: dict[str, Any] = {"max_size": None, "ping_interval": None}
 CONNECTION |= {"open_timeout": TIMEOUT, "close_timeout": 1}
 SHIFT = 8  # a modifier of keys
 LATE = 600  # [ms]
+EMPTY_PAGE = "URL.createObjectURL(new Blob([''], {type: 'text/html'}))"
+UNUSED: list[str] = []  # targets of the windows of this process in which no page is open
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
@@ -323,40 +326,80 @@ def devtools() -> tuple[str, str]:
 def frame(url: str) -> Iterator[Page]:
     """The page of `url` in a frame of a page of another site, which is open; its canvas stays empty
     from now on."""
-    pages, itself = devtools()
-    with connect(itself, **CONNECTION) as socket:
-        browser = Page(socket)
+    pages, _ = devtools()
 
-        def found() -> str | None:
-            every = browser.call("Target.getTargets")["targetInfos"]
-            frames = (one for one in every if one["type"] == "iframe")
-            pages = (one for one in frames if one["url"].partition("?")[0] == url)
-            return next((one["targetId"] for one in pages), None)
+    def found() -> str | None:
+        every = the_browser().call("Target.getTargets")["targetInfos"]
+        frames = (one for one in every if one["type"] == "iframe")
+        pages = (one for one in frames if one["url"].partition("?")[0] == url)
+        return next((one["targetId"] for one in pages), None)
 
-        target = wait_until(found)
+    target = wait_until(found)
     with connect(f"{pages}/{target}", **CONNECTION) as socket:
         inner = Page(socket, "Runtime", "Log", "Page")
         inner.evaluate(DRAW_NOTHING)
         yield inner
 
 
+@cache
+def the_browser() -> Page:
+    """The browser of this run itself; what is opened through it ends with this process."""
+    _, itself = devtools()
+    stack = contextlib.ExitStack()
+    atexit.register(stack.close)
+    return Page(stack.enter_context(connect(itself, **CONNECTION)))
+
+
+def new_window() -> str:
+    """The target of a new window with a storage of its own."""
+    browser = the_browser()
+    context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
+    made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
+    return made["targetId"]
+
+
 @contextlib.contextmanager
 def page(
-    url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False
+    url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False, script: str = ""
 ) -> Iterator[Page]:
     """A page of this size that has started to load `url`, watched from its first moment. Only if
-    `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty."""
-    pages, itself = devtools()
-    with connect(itself, **CONNECTION) as socket:
-        browser = Page(socket)
-        context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
-        made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
-        with connect(f"{pages}/{made['targetId']}", **CONNECTION) as socket_of_page:
-            shown = Page(socket_of_page, "Runtime", "Log", "Page")
+    `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty. The script
+    is run before those of the page.
+
+    Its window is kept for the next page of this process: what its site has loaded once is not
+    compiled again.
+    """
+    pages, _ = devtools()
+    target = UNUSED.pop() if UNUSED else new_window()
+    is_kept = False
+    try:
+        with connect(f"{pages}/{target}", **CONNECTION) as socket:
+            shown = Page(socket, "Runtime", "Log", "Page")
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
             shown.call("Emulation.setDeviceMetricsOverride", **size)
             shown.call("Emulation.setFocusEmulationEnabled", enabled=True)  # never throttled
-            if not is_drawn:
-                shown.call("Page.addScriptToEvaluateOnNewDocument", source=DRAW_NOTHING)
+            first = script if is_drawn else DRAW_NOTHING + script
+            shown.call("Page.addScriptToEvaluateOnNewDocument", source=first)
             shown.call("Page.navigate", url=url)
             yield shown
+            is_kept = leave(shown)
+    finally:
+        if is_kept:
+            UNUSED.append(target)
+        else:
+            the_browser().call("Target.closeTarget", targetId=target)
+
+
+def leave(shown: Page) -> bool:
+    """Leave the page of a server for an empty one of its site, with nothing stored and no way back;
+    whether that is possible."""
+    origin = shown.evaluate("location.origin")
+    if not origin.startswith("http"):
+        return False
+    shown.evaluate(f"location.replace({EMPTY_PAGE})")
+    shown.wait("location.protocol === 'blob:'")
+    stored = "cookies,local_storage,indexeddb,cache_storage,service_workers"
+    shown.call("Storage.clearDataForOrigin", origin=origin, storageTypes=stored)
+    shown.call("Page.resetNavigationHistory")
+    shown.call("Log.clear")
+    return True

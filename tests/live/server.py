@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,22 @@ def free_port(host: str = "127.0.0.1") -> int:
             probe.bind((host, port))
             return port
     raise OSError(f"no free port of {host}")
+
+
+@cache
+def first_port() -> int:
+    """A port that was free when this process first asked for one."""
+    return free_port()
+
+
+def usual_port() -> int:
+    """The same port each time, unless it is in use: a browser that has loaded a page from it before
+    loads another in half the time."""
+    with socket.socket() as probe, contextlib.suppress(OSError):
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(("127.0.0.1", first_port()))
+        return first_port()
+    return free_port()
 
 
 @contextlib.contextmanager
@@ -157,9 +174,14 @@ def held_back(compute: Callable[..., Any], event: threading.Event) -> Callable[.
 
 
 def frame_loop_at(url: str, loops: list[Any]) -> Any:
-    """The frame loop of the explorer at a URL."""
-    (found,) = (loop for loop in loops if url.endswith(f":{loop.server.get_port()}"))
-    return found
+    """The frame loop of the explorer at a URL, which others may have had before."""
+    return [loop for loop in loops if url.endswith(f":{loop.server.get_port()}")][-1]
+
+
+def latest(loops: list[Any]) -> Any:
+    """The session that began last, of the explorer that was started last."""
+    sessions = loops[-1].sessions
+    return sessions[max(sessions)]
 
 
 def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
