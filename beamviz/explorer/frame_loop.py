@@ -260,7 +260,7 @@ class FrameLoop:
                 self.tick(client_id, session)
                 if session is self.presenter:
                     self.wake_followers()
-            elif all_moving and session.is_moving:
+            elif all_moving and session.is_moving and session.last_shown:  # else it is new
                 self.tick(client_id, session, only_moves=True)
             if k % GROUP == GROUP - 1:
                 await exchange_messages()

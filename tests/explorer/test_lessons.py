@@ -93,9 +93,10 @@ def test_a_number_that_rounds_to_zero_has_no_sign():
 def test_next_and_back_go_through_the_steps_and_lessons(guest):
     """Question, with the table of the beam and model of the lesson, meaning with its number,
     challenge; then the next lesson, after the last none."""
-    for one in LESSONS[:3]:
+    for k, one in enumerate(LESSONS[:3], 1):
         for words in (one.question, one.proof, one.task):
             guest.do("lesson_turn", 1, until=typeset(formatted(words)))
+            assert f">{k}. " in guest.texts["lesson-text"]
         guest.shows(one.scene.beam, **one.scene.options)
     begin(guest, LESSONS[-2].name)
     for words in (LESSONS[-2].proof, LESSONS[-2].task, LESSONS[-1].question, LESSONS[-1].proof):

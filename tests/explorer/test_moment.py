@@ -266,7 +266,9 @@ def pull(desk: Desk, aside: float, held: Callable[[], Any] = lambda: None) -> No
         hold = desk.state.slice(MotionState).hold
         if hold and hold.held and hold.deflection:
             held()
+            stands = desk.visitor.clock.angle
             desk.frame(3)
+            assert desk.visitor.clock.angle == stands  # nothing plays
 
     points = [(1.0, part * aside, 0.0) for part in (0.0, 1.0, 1.0)]
     desk.guest.visitor.drag(SLEEVE, *points, between=between)
