@@ -341,7 +341,7 @@ def drawn() -> Iterator[Page]:
     scene = Scene(Beam(mu=40)).changed(playing=False, nodes=False)
     with (
         explorer(scene, port=usual_port()) as url,
-        page(f"{url}/?fixedDpr=1", 480, 420, is_drawn=True) as opened,
+        page(f"{url}/?fixedDpr=1", 640, 560, is_drawn=True) as opened,
     ):
         opened.wait(f"{SIZED}.length === 1 && {says('Stable equilibrium')}")
         for script in (RECORD, HIDE, HIDE_CAPTIONS):

@@ -337,7 +337,7 @@ def test_progress_is_shown_where_somebody_watches(tmp_path):
     """On a terminal a bar counts the frames up to all of them, with the time left."""
     screen, terminal = os.openpty()
     command = [sys.executable, "-m", "beamviz", "animate", str(tmp_path / "film.gif")]
-    small = ["--width", "64", "--height", "64", "--periods", "1"]  # seconds: for the time left
+    small = ["--width", "64", "--height", "64", "--periods", "2"]  # seconds: for the time left
     process = subprocess.Popen([*command, *small], stderr=terminal)
     os.close(terminal)
     seen = b""

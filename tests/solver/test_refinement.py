@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers import traced_memory, within_the_bars
+from helpers import within_the_bars
 
 from beamviz import Beam, solve
-from beamviz.blade import Mass
 from beamviz.errors import NoEquilibrium
 from beamviz.frequency_loci import loci
 from beamviz.presets import preset
@@ -140,18 +139,3 @@ def test_extra_modes_of_a_sweep_need_not_meet_the_tolerance():
         assert six.labels == eight.labels
         assert np.all(six.errors[:6] <= 1.01e-6 * six.frequencies[:6])
         assert within_the_bars(six, solve(beam, modes=8, tolerance=EXACT))
-
-
-@pytest.mark.slow
-def test_what_is_kept_of_solved_beams_is_small():
-    """Beams of large strain on different meshes, as the mass of each is elsewhere. What is kept to
-    solve similar ones sooner takes a few kilobytes for each, with the matrices of its mesh 350."""
-    masses = tuple(Mass(alpha=0.01, beta=k / 10) for k in range(1, 10))
-    beam = Beam(alpha=1, gamma=100, mu=70, masses=masses)
-    places = np.linspace(0.11, 0.19, 14).tolist()
-    kept = []
-    with traced_memory() as memory:
-        for place in places:
-            solve(beam.replace(beta=place), modes=1, tolerance=1e-2)
-            kept.append(memory()[0])
-    assert (kept[-1] - kept[11]) / 2 < 0.05  # those before it fill the caches of the last meshes
