@@ -132,6 +132,22 @@ def test_what_cannot_be_shown_is_named(opened):
 
 
 @pytest.mark.slow
+def test_the_outputs_are_those_of_the_code(running):
+    """Cell by cell: the text is the same, and each figure and each live page has a picture. The
+    first test of the kernel: no page of it is closed meanwhile."""
+    drawn = frames = 0
+    for cell in CELLS:
+        outputs = running.run("".join(cell["source"]))
+        assert texts(outputs) == texts(cell["outputs"])
+        frames += bool(frame_address(markup(outputs)))
+        drawn += len(pictures({"outputs": outputs}))
+        shown = [output for output in outputs if output["output_type"] == "display_data"]
+        assert len(shown) == len(pictures(cell))
+    assert (drawn, frames) == (4, 1)
+    assert not list(running.folder.glob("*"))
+
+
+@pytest.mark.slow
 def test_two_pages_are_shown_read_moved_and_closed(running):
     """Each in the frame of its cell, in a page of another site. What its visitor does is read in
     Python, which moves the page; the other page stays. Opened again, a page shows what was left."""
@@ -178,21 +194,6 @@ def pictures(cell) -> list[bytes]:
     """The PNG files among the outputs of a cell."""
     data = (output.get("data", {}) for output in cell["outputs"])
     return [base64.b64decode(one["image/png"]) for one in data if "image/png" in one]
-
-
-@pytest.mark.slow
-def test_the_outputs_are_those_of_the_code(running):
-    """Cell by cell: the text is the same, and each figure and each live page has a picture."""
-    drawn = frames = 0
-    for cell in CELLS:
-        outputs = running.run("".join(cell["source"]))
-        assert texts(outputs) == texts(cell["outputs"])
-        frames += bool(frame_address(markup(outputs)))
-        drawn += len(pictures({"outputs": outputs}))
-        shown = [output for output in outputs if output["output_type"] == "display_data"]
-        assert len(shown) == len(pictures(cell))
-    assert (drawn, frames) == (4, 1)
-    assert not list(running.folder.glob("*"))
 
 
 @pytest.mark.slow
