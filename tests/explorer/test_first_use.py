@@ -215,7 +215,6 @@ def test_what_is_typed_while_the_units_change_is_not_read_in_the_new_ones(desk):
     desk.key("Enter", until="location.search.includes('rotation_speed=41.88')")
 
 
-@pytest.mark.slow
 def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
     """Its line is at another speed in rpm than in γ. The one after it moves the beam."""
     release = threading.Event()

@@ -107,6 +107,16 @@ def test_dragging_a_slider_changes_beam_and_table(begun):
     wait_until(lambda: not same(pieces(begun), before))
 
 
+def test_the_last_value_of_a_slider_that_moves_fast_is_that_of_the_beam(begun):
+    """Though the page does not send each one."""
+    begun.evaluate(f"""(slider => {{
+      for (const value of [3, 4, 5, 6]) {{
+        slider.value = value;
+        slider.dispatchEvent(new Event("input", {{bubbles: true}}));
+      }} }})({by_id("gamma-slider")})""")
+    begun.wait("location.search.includes('gamma=6')")
+
+
 def same(places: np.ndarray, others: np.ndarray) -> bool:
     """Whether two beams are the same."""
     return places.shape == others.shape and np.allclose(places, others, atol=1e-3)
