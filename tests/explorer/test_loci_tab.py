@@ -155,7 +155,6 @@ def value(shown: Page) -> float:
     return float(shown.evaluate(f"{LINE}.getAttribute('aria-valuenow')"))
 
 
-@pytest.mark.slow
 def test_the_line_of_the_beam_is_dragged(desk):
     """It moves with the pointer, and the speed with it; the axis changes only after the drag. No
     value of a drag, which waits for its turn, comes after one that is sent later."""
@@ -179,7 +178,6 @@ def test_the_line_of_the_beam_is_dragged(desk):
     desk.wait(f"Math.max(...{RANGE}) <= 20")
 
 
-@pytest.mark.slow
 def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     """Arrows move the line, Page Up further, Home to the start of the axis. The marks are buttons
     in the order of Tab; one that is pressed or clicked moves the beam there."""
@@ -206,9 +204,9 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
 
 
-@pytest.mark.slow
 def test_values_are_read_at_the_pointer(desk):
-    """Speed, all frequencies, and the gap from the nearest to the next; none outside the axes."""
+    """Speed, all frequencies, and the gap from the nearest to the next; at a mark its text; none
+    outside the axes."""
     left, top, width, height = desk.box(PLOT)
     desk.mouse("mouseMoved", left + 0.6 * width, top + 0.5 * height)
     lines = desk.wait(f"!{READOUT}.hidden && [...{READOUT}.children].map(e => e.textContent)")
@@ -220,6 +218,8 @@ def test_values_are_read_at_the_pointer(desk):
     gap = float(lines[-1].split("\u2002")[1])
     assert lines[-1].startswith(("gap B3–S1", "gap S1–B3"))
     assert gap == pytest.approx(float(found["B3"]) - float(found["S1"]), abs=0.02)
+    desk.mouse("mouseMoved", *desk.middle(f"{MARKS}[0]"))
+    desk.wait(f"{READOUT}.textContent.includes('click to go there')")
     desk.mouse("mouseMoved", left + 0.6 * width, top - 60)
     desk.wait(f"{READOUT}.hidden")
 
