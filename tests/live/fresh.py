@@ -124,6 +124,7 @@ class Guest:
 
     def turn(self, angle: float, zoom: float) -> None:
         """Turn the view about a vertical axis [rad], and change its distance by a factor."""
+        self.visitor.do("met", "")  # no view that was sent before comes after it
         position, look_at = turned(self.session.visitor.camera.present, angle, zoom)
         self.visitor.send(**CAMERA_MESSAGE | {"position": position, "look_at": look_at})
         self.visitor.camera = position
