@@ -16,10 +16,10 @@ const beamvizCaptions = (() => {
   /** @param {Text[]} list */
   function show(list) {
     const layer = layerOf();
-    layer.replaceChildren(...list.map(({ text, hint, anchor }) => {
+    layer.replaceChildren(...list.map(({ text, hint }) => {
       const element = document.createElement("span");
       element.textContent = text;
-      element.className = hint ? `hint ${anchor}` : "";
+      element.className = hint ? "hint" : "";
       return element;
     }));
     captions = list.map((one, k) => {
